@@ -1,0 +1,305 @@
+/* SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The whole C ABI of libswarmevo. Valid C11 and C++; Python reads the part between the two markers with cffi.
+ *
+ * Conventions
+ *   - Units are SI (metre, kilogram, second, newton, radian) unless a name says otherwise (`_deg`: degrees).
+ *   - World frame: origin at the arena's centre on the floor, x east, y north, z up. Headings count counter-clockwise
+ *     from +x. A robot's own frame: x forward, y to its left.
+ *   - Outputs come first, then the object, then inputs. The caller owns every buffer; arrays are flat, row-major.
+ *   - Every fallible function returns swe_status. On failure swe_error_message() holds one line for the calling thread.
+ *   - swe_<struct>_init fills a struct with "not set" (NaN, -1, NULL): a field left so is an error that names it. The
+ *     library has no defaults; they are the caller's. No channel of swe_telemetry is wanted after its init.
+ *   - A scene is immutable and may be shared by threads. A batch belongs to one thread at a time.
+ */
+#ifndef SWARMEVO_H
+#define SWARMEVO_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#pragma GCC visibility push(default)
+#endif
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
+
+#define SWE_ABI_VERSION 1
+
+#define SWE_INFRARED_SENSORS 8
+#define SWE_TOUCH_SENSORS 4
+#define SWE_OBSERVATIONS 13 /* infrared, touch, RF: in this order */
+#define SWE_COMMANDS 2      /* left wheel, right wheel */
+#define SWE_MAX_ROBOTS 64
+#define SWE_MAX_CURVE_POINTS 16
+
+/* ---- status ---- */
+
+typedef int32_t swe_status;
+#define SWE_OK 0
+#define SWE_INVALID_ARGUMENT 1 /* a value, size or pointer is wrong; nothing was done */
+#define SWE_PHYSICS_ERROR 2    /* ODE failed, or the state is no longer finite */
+#define SWE_POLICY_ERROR 3     /* a controller's output is not finite */
+#define SWE_OUT_OF_MEMORY 4
+#define SWE_INTERNAL_ERROR 5
+
+/* One line about the calling thread's last failed call; "" after a call that succeeded. Valid until the next call. */
+const char* swe_error_message(void);
+
+/* ---- library ---- */
+
+uint32_t swe_abi_version(void);
+
+/* Release, compiler, ODE and Eigen versions, in one line. */
+const char* swe_build_info(void);
+
+/* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_telemetry, in this
+ * order: a caller compiled against another header finds out before anything goes wrong. */
+#define SWE_LAYOUT_SIZES 6
+void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]);
+
+/* Provokes an assertion inside ODE. A sound library returns SWE_PHYSICS_ERROR; nothing else is touched. */
+swe_status swe_selftest_ode_error(void);
+
+/* ---- scene ---- */
+
+typedef struct swe_arena_config {
+    double size;         /* inner side of the square [m] */
+    double wall_height;  /* [m] */
+    int32_t target_wall; /* SWE_TARGET_WALL_*: the wall that the box is to be pushed to */
+} swe_arena_config;
+
+#define SWE_TARGET_WALL_NORTH 1 /* y = +size/2 */
+#define SWE_TARGET_WALL_SOUTH 2
+#define SWE_TARGET_WALL_EAST 3 /* x = +size/2 */
+#define SWE_TARGET_WALL_WEST 4
+
+typedef struct swe_box_config {
+    double size[3]; /* extent along its own x, y, z [m] */
+    double mass;    /* [kg] */
+    double pose[3]; /* x [m], y [m], heading [rad] of its centre at the start */
+} swe_box_config;
+
+typedef struct swe_emitter_config {
+    double position[3]; /* [m], fixed in the world */
+    double range;       /* [m] */
+    double strength[2]; /* smallest and largest signal strength S */
+    int32_t reach;      /* SWE_REACH_* */
+} swe_emitter_config;
+
+#define SWE_REACH_RANGE 1 /* heard within `range` only; S is the smallest strength outside */
+#define SWE_REACH_ARENA 2 /* heard everywhere */
+
+typedef struct swe_robot_config {
+    double radius;           /* of the body [m] */
+    double height;           /* top of the body above the floor [m] */
+    double mass;             /* [kg] */
+    double centre_of_mass;   /* height above the floor [m] */
+    double wheel_radius;     /* [m] */
+    double axle_length;      /* between the wheels' contact points [m] */
+    double top_speed;        /* of a wheel [rad/s] */
+    double caster_offset;    /* front and rear caster, ahead of and behind the axle [m] */
+    double caster_clearance; /* between casters and floor when upright [m] */
+} swe_robot_config;
+
+typedef struct swe_team_config {
+    uint32_t robots;           /* 1 to SWE_MAX_ROBOTS */
+    int32_t start;             /* SWE_START_* */
+    const double* start_poses; /* (robots, 3): x [m], y [m], heading [rad]; read by SWE_START_POSES alone, copied */
+    double start_region[4];    /* x from, x to, y from, y to [m] of robots' centres; read by SWE_START_RANDOM alone */
+    double start_jitter[2];    /* largest deviation of position [m] and heading [rad], drawn uniformly */
+} swe_team_config;
+
+#define SWE_START_POSES 1  /* start_poses, each disturbed by start_jitter */
+#define SWE_START_RANDOM 2 /* anywhere in start_region, any heading, nobody inside anything */
+
+typedef struct swe_sensors_config {
+    double infrared_yaw_deg[SWE_INFRARED_SENSORS];  /* bearings of the rays, left positive [deg] */
+    double infrared_curve[SWE_MAX_CURVE_POINTS][2]; /* distance [m], raw value; increasing; 0 beyond the last */
+    uint32_t infrared_curve_points;                 /* 2 to SWE_MAX_CURVE_POINTS */
+    int32_t infrared_target;                        /* SWE_INFRARED_TARGET_* */
+    double touch_yaw_deg[SWE_TOUCH_SENSORS];        /* bearings of the sectors' centres, left positive [deg] */
+    double touch_half_width_deg;                    /* of each sector [deg] */
+    double touch_range;                             /* between body and box [m] */
+    int32_t touch_mode;                             /* SWE_TOUCH_MODE_* */
+} swe_sensors_config;
+
+#define SWE_INFRARED_TARGET_WALLS_AND_ROBOTS 1
+#define SWE_INFRARED_TARGET_ALL 2 /* the box too */
+
+#define SWE_TOUCH_MODE_BINARY 1 /* 1 where the box is within touch_range, else 0 */
+#define SWE_TOUCH_MODE_GRADED 2 /* 1 - distance / touch_range */
+#define SWE_TOUCH_MODE_FORCE 3  /* normal force on the box over the robot's traction limit, at most 1 */
+
+typedef struct swe_noise_config {
+    double infrared;            /* relative standard deviation of a reading, Gaussian */
+    double infrared_at_contact; /* the same at distance 0; linear in between over the curve's first interval */
+    double wheels;              /* largest relative error of a wheel's speed, uniform */
+    double rf;                  /* relative standard deviation of S, Gaussian */
+} swe_noise_config;
+
+typedef struct swe_physics_config {
+    double time_step;      /* [s] */
+    double gravity;        /* [m/s^2] */
+    double wheel_friction; /* Coulomb coefficient wheel-floor */
+    double box_friction;   /* box-floor */
+    double side_friction;  /* between robots, box and walls */
+    double contact_erp;    /* ODE's error reduction parameter of contacts */
+    double contact_cfm;    /* ODE's constraint force mixing of contacts [s/kg] */
+} swe_physics_config;
+
+typedef struct swe_episode_config {
+    double horizon;        /* [s], a whole number of control periods */
+    double control_period; /* [s], a whole number of time steps */
+} swe_episode_config;
+
+typedef struct swe_scene_config {
+    uint32_t struct_size;
+    swe_arena_config arena;
+    swe_box_config box;
+    swe_emitter_config emitter;
+    swe_robot_config robot;
+    swe_team_config team;
+    swe_sensors_config sensors;
+    swe_noise_config noise;
+    swe_physics_config physics;
+    swe_episode_config episode;
+} swe_scene_config;
+
+void swe_scene_config_init(swe_scene_config* config);
+
+typedef struct swe_scene swe_scene;
+
+/* Fails with SWE_INVALID_ARGUMENT and every error of the config in one message, separated by "; ". */
+swe_status swe_scene_create(swe_scene** scene, const swe_scene_config* config);
+void swe_scene_destroy(swe_scene* scene); /* NULL is fine; batches made from it keep what they need */
+
+uint32_t swe_scene_robots(const swe_scene* scene);
+uint32_t swe_scene_control_steps(const swe_scene* scene);
+
+/* ---- policies
+ * -------------------------------------------------------------------------------------------------------- */
+
+/* A controller that runs inside the worker threads.
+ *   parameters   as given in swe_policy; shared between threads, not to be written
+ *   observation  SWE_OBSERVATIONS values: infrared and touch in [0, 1], S / largest strength
+ *   memory       swe_policy.memory doubles of this robot alone, zero when the episode starts
+ *   command      SWE_COMMANDS values to write; the library clips them to [-1, 1] of the top speed
+ */
+typedef void (*swe_policy_function)(const void* parameters, const double* observation, double* memory, double* command);
+
+typedef struct swe_policy {
+    swe_policy_function function;
+    const void* parameters;
+    uint32_t memory;
+} swe_policy;
+
+typedef struct swe_network_config {
+    uint32_t struct_size;
+    uint32_t hidden;    /* units in a genome, on or off: 0 to 1024 */
+    int32_t bias;       /* 1: a constant input to hidden and output units; 0: none */
+    int32_t activation; /* SWE_ACTIVATION_* */
+} swe_network_config;
+
+#define SWE_ACTIVATION_TANH 1
+#define SWE_ACTIVATION_LOGISTIC 2 /* outputs are stretched to [-1, 1] */
+
+void swe_network_config_init(swe_network_config* config);
+
+/* Feed-forward networks with one hidden layer; units switched off cost nothing. */
+typedef struct swe_networks swe_networks;
+
+/* Copies n networks.
+ *   input_hidden   (n, hidden, SWE_OBSERVATIONS + bias)
+ *   hidden_output  (n, SWE_COMMANDS, hidden + bias)
+ *   hidden_switch  (n, hidden): 0 is off
+ */
+swe_status swe_networks_create(swe_networks** networks, const swe_network_config* config, size_t n,
+                               const double* input_hidden, const double* hidden_output, const uint8_t* hidden_switch);
+void swe_networks_destroy(swe_networks* networks);
+
+/* Writes n policies, valid as long as `networks` lives. */
+swe_status swe_networks_policies(swe_policy* policies, size_t capacity, const swe_networks* networks);
+
+/* ---- episodes
+ * -------------------------------------------------------------------------------------------------------- */
+
+/* Everything random in an episode is a pure function of these, of the robot and of the control step. */
+typedef struct swe_episode {
+    uint64_t seed;
+    uint32_t trial; /* below 65536 */
+    uint32_t generation;
+    uint32_t repeat; /* below 65536 */
+} swe_episode;
+
+typedef struct swe_outcome {
+    int32_t status;          /* swe_status of this episode; all else is meaningless unless SWE_OK */
+    uint32_t ode_messages;   /* warnings of ODE's solver; each makes a step be tried again with softer contacts */
+    uint32_t unsolved_steps; /* steps that no further try mended */
+    uint32_t control_steps;  /* done: those of the horizon unless the episode failed */
+    uint64_t hash;           /* of every body's state at every control step */
+    double push_time;        /* first touch of box and target wall [s]; NaN: never */
+    double box_pose[3];      /* at the end: x [m], y [m], heading [rad] */
+    double max_penetration;  /* deepest overlap of any two bodies, walls or floor [m] */
+    double max_lift;         /* largest rise of any body's centre above its resting height [m] */
+    double min_upright;      /* smallest cosine of any body's tilt; below 0.5 a robot has fallen */
+} swe_outcome;
+
+typedef struct swe_channel {
+    double* data;  /* NULL: not wanted */
+    size_t length; /* in doubles; must be exact */
+} swe_channel;
+
+/* Recorded at each control step, before the command acts. First axis: episodes; second: control steps. */
+typedef struct swe_telemetry {
+    uint32_t struct_size;
+    swe_channel pose;        /* (..., robots, 3): x, y, heading in [-pi, pi] */
+    swe_channel command;     /* (..., robots, SWE_COMMANDS), clipped, without noise */
+    swe_channel infrared;    /* (..., robots, SWE_INFRARED_SENSORS) */
+    swe_channel touch;       /* (..., robots, SWE_TOUCH_SENSORS) */
+    swe_channel rf;          /* (..., robots): S */
+    swe_channel box;         /* (..., 3): x, y, heading */
+    swe_channel box_contact; /* (...): 1 where the box touches the target wall, else 0 */
+} swe_telemetry;
+
+void swe_telemetry_init(swe_telemetry* telemetry);
+
+typedef struct swe_batch swe_batch;
+
+swe_status swe_batch_create(swe_batch** batch, const swe_scene* scene, uint32_t threads);
+void swe_batch_destroy(swe_batch* batch);
+
+/* Runs n episodes to their horizon over the batch's threads. The same episodes give the same bits on any number of
+ * threads, in any order or division into calls.
+ *   outcomes       n
+ *   homing_times   (n, robots): first time a robot's centre is within the emitter's range [s]; NaN: never
+ *   telemetry      NULL: none
+ *   robot_policies (n, robots): index into policies
+ * An episode that fails leaves its reason in its outcome and in swe_batch_episode_message; the call returns SWE_OK. */
+swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_telemetry* telemetry, swe_batch* batch,
+                         const swe_episode* episodes, size_t n, const swe_policy* policies, size_t n_policies,
+                         const uint32_t* robot_policies);
+
+/* "" or why episode i of the last run or lockstep failed. */
+const char* swe_batch_episode_message(const swe_batch* batch, size_t episode);
+
+/* Lockstep, for controllers outside the library: begin, then as often as there are control steps observe and advance,
+ * then end. Telemetry buffers must outlive the end. A failed episode stands still and observes zeros. */
+swe_status swe_lockstep_begin(swe_batch* batch, const swe_telemetry* telemetry, const swe_episode* episodes, size_t n);
+swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);   /* (n, robots, 13) */
+swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length); /* (n, robots, 2) */
+swe_status swe_lockstep_end(swe_outcome* outcomes, double* homing_times, swe_batch* batch);
+
+/* [cffi ends] */
+
+#ifdef __cplusplus
+}
+#endif
+#if defined(__GNUC__)
+#pragma GCC visibility pop
+#endif
+
+#endif

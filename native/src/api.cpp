@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The only extern "C" file: checks arguments, converts, and lets no exception out.
+#include <cstring>
+#include <memory>
+#include <new>
+#include <string>
+
+#include "batch.hpp"
+#include "error.hpp"
+#include "policy.hpp"
+#include "scene.hpp"
+#include "swarmevo.h"
+#include "world.hpp"
+
+using namespace swarmevo;
+
+struct swe_scene {
+    std::shared_ptr<const Scene> scene;
+};
+struct swe_networks {
+    Networks networks;
+};
+struct swe_batch {
+    Batch batch;
+    bool observed = false;  // in lockstep: observe and advance take turns
+};
+
+namespace {
+
+constexpr unsigned kMaxThreads = 1024;
+constexpr std::uint32_t kMaxTrialOrRepeat = 1u << 16;
+
+thread_local std::string last_error;
+
+template <typename Body>
+swe_status guarded(Body body) noexcept {
+    last_error.clear();
+    try {
+        body();
+        return SWE_OK;
+    } catch (const Error& error) {
+        last_error = error.what();
+        return error.status();
+    } catch (const std::bad_alloc&) {
+        last_error = "out of memory";
+        return SWE_OUT_OF_MEMORY;
+    } catch (const std::exception& error) {
+        last_error = error.what();
+        return SWE_INTERNAL_ERROR;
+    }
+}
+
+[[noreturn]] void reject(const std::string& message) {
+    throw Error(SWE_INVALID_ARGUMENT, message);
+}
+
+void require(const void* pointer, const char* name) {
+    if (!pointer) reject(std::string(name) + ": expected a pointer, got NULL");
+}
+
+void require_length(std::size_t length, std::size_t expected, const char* name) {
+    if (length != expected)
+        reject(std::string(name) + ": expected " + std::to_string(expected) + " values, got " + std::to_string(length));
+}
+
+// "Not set" everywhere: a double whose bytes are all ones is a NaN, an integer is beyond its range.
+template <typename Config>
+void unset(Config* config) {
+    std::memset(config, 0xFF, sizeof *config);
+    config->struct_size = sizeof *config;
+}
+
+std::vector<Recorder> make_recorders(const swe_telemetry* telemetry, const Scene& scene, std::size_t n) {
+    std::vector<Recorder> recorders(n);
+    if (!telemetry) return recorders;
+    if (telemetry->struct_size != sizeof(swe_telemetry))
+        reject("swe_telemetry.struct_size: library and caller differ in version");
+    const RecordSizes sizes = record_sizes(scene);
+    const auto share_out = [&](const swe_channel& channel, std::size_t size, double* Recorder::*member,
+                               const char* name) {
+        if (!channel.data) return;
+        require_length(channel.length, n * size, name);
+        for (std::size_t i = 0; i < n; ++i) recorders[i].*member = channel.data + i * size;
+    };
+    share_out(telemetry->pose, sizes.pose, &Recorder::pose, "telemetry.pose");
+    share_out(telemetry->command, sizes.command, &Recorder::command, "telemetry.command");
+    share_out(telemetry->infrared, sizes.infrared, &Recorder::infrared, "telemetry.infrared");
+    share_out(telemetry->touch, sizes.touch, &Recorder::touch, "telemetry.touch");
+    share_out(telemetry->rf, sizes.rf, &Recorder::rf, "telemetry.rf");
+    share_out(telemetry->box, sizes.box, &Recorder::box, "telemetry.box");
+    share_out(telemetry->box_contact, sizes.box_contact, &Recorder::box_contact, "telemetry.box_contact");
+    return recorders;
+}
+
+void check_episodes(const swe_episode* episodes, std::size_t n) {
+    if (n > 0) require(episodes, "episodes");
+    for (std::size_t i = 0; i < n; ++i)
+        if (episodes[i].trial >= kMaxTrialOrRepeat || episodes[i].repeat >= kMaxTrialOrRepeat)
+            reject("episodes[" + std::to_string(i) + "]: expected trial and repeat below 65536, got " +
+                   std::to_string(episodes[i].trial) + ", " + std::to_string(episodes[i].repeat));
+}
+
+void check_policies(const swe_policy* policies, std::size_t n_policies, const std::uint32_t* robot_policies,
+                    std::size_t n_robots) {
+    require(policies, "policies");
+    require(robot_policies, "robot_policies");
+    for (std::size_t i = 0; i < n_policies; ++i)
+        if (!policies[i].function) reject("policies[" + std::to_string(i) + "].function: expected a pointer, got NULL");
+    for (std::size_t i = 0; i < n_robots; ++i)
+        if (robot_policies[i] >= n_policies)
+            reject("robot_policies[" + std::to_string(i) + "]: expected an index below " + std::to_string(n_policies) +
+                   ", got " + std::to_string(robot_policies[i]));
+}
+
+void check_lockstep(const swe_batch* batch, bool running) {
+    require(batch, "batch");
+    if (batch->batch.running() != running)
+        reject(running ? "lockstep: expected swe_lockstep_begin first" : "lockstep: expected swe_lockstep_end first");
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* swe_error_message(void) {
+    return last_error.c_str();
+}
+
+uint32_t swe_abi_version(void) {
+    return SWE_ABI_VERSION;
+}
+
+const char* swe_build_info(void) {
+    static const std::string info = std::string("swarmevo " SWARMEVO_VERSION ", ") + SWARMEVO_COMPILER + ", " +
+                                    ode_description() + ", Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." +
+                                    std::to_string(EIGEN_MAJOR_VERSION) + "." + std::to_string(EIGEN_MINOR_VERSION);
+    return info.c_str();
+}
+
+void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]) {
+    const std::size_t all[SWE_LAYOUT_SIZES] = {sizeof(swe_scene_config), sizeof(swe_network_config),
+                                               sizeof(swe_policy),       sizeof(swe_episode),
+                                               sizeof(swe_outcome),      sizeof(swe_telemetry)};
+    for (int i = 0; i < SWE_LAYOUT_SIZES; ++i) sizes[i] = static_cast<std::uint32_t>(all[i]);
+}
+
+swe_status swe_selftest_ode_error(void) {
+    return guarded(provoke_ode_assertion);
+}
+
+// ---- scene ----
+
+void swe_scene_config_init(swe_scene_config* config) {
+    unset(config);
+    config->team.start_poses = nullptr;
+}
+
+swe_status swe_scene_create(swe_scene** scene, const swe_scene_config* config) {
+    return guarded([&] {
+        require(scene, "scene");
+        require(config, "config");
+        *scene = new swe_scene{std::make_shared<const Scene>(*config)};
+    });
+}
+
+void swe_scene_destroy(swe_scene* scene) {
+    delete scene;
+}
+
+uint32_t swe_scene_robots(const swe_scene* scene) {
+    return scene ? scene->scene->robots : 0;
+}
+uint32_t swe_scene_control_steps(const swe_scene* scene) {
+    return scene ? scene->scene->control_steps : 0;
+}
+
+// ---- networks ----
+
+void swe_network_config_init(swe_network_config* config) {
+    unset(config);
+}
+
+swe_status swe_networks_create(swe_networks** networks, const swe_network_config* config, size_t n,
+                               const double* input_hidden, const double* hidden_output, const uint8_t* hidden_switch) {
+    return guarded([&] {
+        require(networks, "networks");
+        require(config, "config");
+        require(input_hidden, "input_hidden");
+        require(hidden_output, "hidden_output");
+        require(hidden_switch, "hidden_switch");
+        *networks = new swe_networks{Networks(*config, n, input_hidden, hidden_output, hidden_switch)};
+    });
+}
+
+void swe_networks_destroy(swe_networks* networks) {
+    delete networks;
+}
+
+swe_status swe_networks_policies(swe_policy* policies, size_t capacity, const swe_networks* networks) {
+    return guarded([&] {
+        require(policies, "policies");
+        require(networks, "networks");
+        require_length(capacity, networks->networks.size(), "policies");
+        for (std::size_t i = 0; i < capacity; ++i) policies[i] = networks->networks.policy(i);
+    });
+}
+
+// ---- batch ----
+
+void swe_telemetry_init(swe_telemetry* telemetry) {
+    std::memset(telemetry, 0, sizeof *telemetry);
+    telemetry->struct_size = sizeof *telemetry;
+}
+
+swe_status swe_batch_create(swe_batch** batch, const swe_scene* scene, uint32_t threads) {
+    return guarded([&] {
+        require(batch, "batch");
+        require(scene, "scene");
+        if (threads < 1 || threads > kMaxThreads)
+            reject("threads: expected 1 to " + std::to_string(kMaxThreads) + ", got " + std::to_string(threads));
+        *batch = new swe_batch{{scene->scene, threads}};
+    });
+}
+
+void swe_batch_destroy(swe_batch* batch) {
+    delete batch;
+}
+
+swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_telemetry* telemetry, swe_batch* batch,
+                         const swe_episode* episodes, size_t n, const swe_policy* policies, size_t n_policies,
+                         const uint32_t* robot_policies) {
+    return guarded([&] {
+        check_lockstep(batch, false);
+        if (n == 0) return;
+        require(outcomes, "outcomes");
+        require(homing_times, "homing_times");
+        check_episodes(episodes, n);
+        const Scene& scene = batch->batch.scene();
+        check_policies(policies, n_policies, robot_policies, n * scene.robots);
+        batch->batch.run(outcomes, homing_times, make_recorders(telemetry, scene, n), episodes, n, policies,
+                         robot_policies);
+    });
+}
+
+const char* swe_batch_episode_message(const swe_batch* batch, size_t episode) {
+    return batch ? batch->batch.message(episode).c_str() : "";
+}
+
+swe_status swe_lockstep_begin(swe_batch* batch, const swe_telemetry* telemetry, const swe_episode* episodes, size_t n) {
+    return guarded([&] {
+        check_lockstep(batch, false);
+        check_episodes(episodes, n);
+        batch->batch.begin(make_recorders(telemetry, batch->batch.scene(), n), episodes, n);
+        batch->observed = false;
+    });
+}
+
+swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        require(observations, "observations");
+        require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_OBSERVATIONS, "observations");
+        if (batch->batch.steps_left() == 0) reject("lockstep: the horizon is reached: expected swe_lockstep_end");
+        batch->batch.observe(observations);
+        batch->observed = true;
+    });
+}
+
+swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        require(commands, "commands");
+        require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_COMMANDS, "commands");
+        if (!batch->observed) reject("lockstep: expected swe_lockstep_observe before each advance");
+        batch->batch.advance(commands);
+        batch->observed = false;
+    });
+}
+
+swe_status swe_lockstep_end(swe_outcome* outcomes, double* homing_times, swe_batch* batch) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        if (batch->batch.worlds() > 0) {
+            require(outcomes, "outcomes");
+            require(homing_times, "homing_times");
+        }
+        batch->batch.end(outcomes, homing_times);
+    });
+}
+
+}  // extern "C"

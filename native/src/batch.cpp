@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "batch.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <new>
+
+#include "error.hpp"
+
+namespace swarmevo {
+namespace {
+
+EpisodeKey key_of(const swe_episode& e) {
+    return {e.seed, e.trial, e.generation, e.repeat};
+}
+
+// Runs each robot's policy until the episode is over.
+void run_episode(Episode& episode, const Scene& scene, const swe_policy* policies,
+                 const std::uint32_t* robot_policies) {
+    std::size_t memory_size = 0;
+    for (unsigned robot = 0; robot < scene.robots; ++robot) memory_size += policies[robot_policies[robot]].memory;
+    std::vector<double> memory(memory_size), commands(scene.robots * SWE_COMMANDS);
+
+    while (!episode.done()) {
+        const double* observations = episode.observe();
+        double* own_memory = memory.data();
+        for (unsigned robot = 0; robot < scene.robots; ++robot) {
+            const swe_policy& policy = policies[robot_policies[robot]];
+            policy.function(policy.parameters, observations + robot * SWE_OBSERVATIONS, own_memory,
+                            &commands[robot * SWE_COMMANDS]);
+            own_memory += policy.memory;
+        }
+        episode.advance(commands.data());
+    }
+}
+
+}  // namespace
+
+Batch::Batch(std::shared_ptr<const Scene> scene, unsigned threads) : scene_(std::move(scene)), pool_(threads) {}
+
+// An episode that fails fails alone.
+template <typename Body>
+void Batch::attempt(std::size_t i, Body body) {
+    if (statuses_[i] != SWE_OK) return;
+    try {
+        body();
+    } catch (const Error& error) {
+        statuses_[i] = error.status();
+        messages_[i] = error.what();
+    } catch (const std::bad_alloc&) {
+        statuses_[i] = SWE_OUT_OF_MEMORY;
+        messages_[i] = "out of memory";
+    } catch (const std::exception& error) {
+        statuses_[i] = SWE_INTERNAL_ERROR;
+        messages_[i] = error.what();
+    }
+}
+
+swe_outcome Batch::finish(std::size_t i, const Episode* episode, double* homing_times) const {
+    if (statuses_[i] == SWE_OK) return episode->outcome(homing_times);
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    std::fill_n(homing_times, scene_->robots, unknown);
+    swe_outcome outcome{};
+    outcome.status = statuses_[i];
+    outcome.push_time = unknown;
+    return outcome;
+}
+
+void Batch::run(swe_outcome* outcomes, double* homing_times, const std::vector<Recorder>& records,
+                const swe_episode* episodes, std::size_t n, const swe_policy* policies,
+                const std::uint32_t* robot_policies) {
+    messages_.assign(n, "");
+    statuses_.assign(n, SWE_OK);
+    pool_.for_each(n, [&](std::size_t i) {
+        std::unique_ptr<Episode> episode;
+        attempt(i, [&] {
+            episode = std::make_unique<Episode>(*scene_, key_of(episodes[i]), records[i]);
+            run_episode(*episode, *scene_, policies, robot_policies + i * scene_->robots);
+        });
+        outcomes[i] = finish(i, episode.get(), homing_times + i * scene_->robots);
+    });
+}
+
+void Batch::begin(const std::vector<Recorder>& records, const swe_episode* episodes, std::size_t n) {
+    messages_.assign(n, "");
+    statuses_.assign(n, SWE_OK);
+    lockstep_.clear();
+    lockstep_.resize(n);
+    pool_.for_each(n, [&](std::size_t i) {
+        attempt(i, [&] { lockstep_[i] = std::make_unique<Episode>(*scene_, key_of(episodes[i]), records[i]); });
+    });
+    steps_left_ = scene_->control_steps;
+    running_ = true;
+}
+
+void Batch::observe(double* observations) {
+    const std::size_t size = scene_->robots * SWE_OBSERVATIONS;
+    pool_.for_each(lockstep_.size(), [&](std::size_t i) {
+        double* own = observations + i * size;
+        std::fill_n(own, size, 0.0);
+        attempt(i, [&] { std::copy_n(lockstep_[i]->observe(), size, own); });
+    });
+}
+
+void Batch::advance(const double* commands) {
+    const std::size_t size = scene_->robots * SWE_COMMANDS;
+    pool_.for_each(lockstep_.size(),
+                   [&](std::size_t i) { attempt(i, [&] { lockstep_[i]->advance(commands + i * size); }); });
+    --steps_left_;
+}
+
+void Batch::end(swe_outcome* outcomes, double* homing_times) {
+    for (std::size_t i = 0; i < lockstep_.size(); ++i)
+        outcomes[i] = finish(i, lockstep_[i].get(), homing_times + i * scene_->robots);
+    lockstep_.clear();
+    running_ = false;
+}
+
+const std::string& Batch::message(std::size_t i) const {
+    static const std::string none;
+    return i < messages_.size() ? messages_[i] : none;
+}
+
+}  // namespace swarmevo

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One episode: sense -> act -> step, to the horizon.
+#pragma once
+
+#include <vector>
+
+#include "rng.hpp"
+#include "scene.hpp"
+#include "sensors.hpp"
+#include "world.hpp"
+
+namespace swarmevo {
+
+// Where one episode writes its telemetry: a pointer for each channel, null if not wanted.
+struct Recorder {
+    double *pose = nullptr, *command = nullptr, *infrared = nullptr, *touch = nullptr, *rf = nullptr, *box = nullptr,
+           *box_contact = nullptr;
+};
+
+// Doubles that one episode writes into each channel.
+struct RecordSizes {
+    std::size_t pose, command, infrared, touch, rf, box, box_contact;
+};
+RecordSizes record_sizes(const Scene& scene);
+
+class Episode {
+  public:
+    // Throws Error if the robots cannot be placed.
+    Episode(const Scene& scene, const EpisodeKey& key, const Recorder& recorder);
+
+    bool done() const { return step_ == scene_.control_steps; }
+
+    // (robots, SWE_OBSERVATIONS) of this moment.
+    const double* observe();
+
+    // Lets commands (robots, SWE_COMMANDS) act for one control period. After observe().
+    // Throws Error: a command is not finite, or the physics failed.
+    void advance(const double* commands);
+
+    // After the last step. Outcome of the episode; homing_times (robots).
+    swe_outcome outcome(double* homing_times) const;
+
+  private:
+    void look_around();
+    void record(const double* commands);
+
+    const Scene& scene_;
+    const EpisodeKey key_;
+    const Recorder recorder_;
+    World world_;
+    unsigned step_ = 0;
+
+    Snapshot now_;
+    bool box_touches_wall_ = false;
+    std::vector<double> observations_, strengths_, clipped_, homing_times_;
+    double push_time_;
+    std::uint64_t hash_;
+};
+
+// Start poses of an episode: given ones with jitter, or random ones. Throws Error if no free place is found.
+std::vector<Pose> draw_starts(const Scene& scene, const EpisodeKey& key);
+
+// Does a corner of the box touch the target wall?
+bool box_touches_target(const Scene& scene, const Pose& box);
+
+}  // namespace swarmevo

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The robot: where its wheels and casters are and how a command drives it.
+//
+// One rigid body. Its two wheels are contacts whose surface moves at the wheels' rim speed; its two casters are
+// frictionless points. Body frame: origin at the centre of mass, x forward, y left, z up.
+#pragma once
+
+#include <array>
+
+#include "scene.hpp"
+
+namespace swarmevo {
+
+using Vector = std::array<double, 3>;
+
+// A solid upright cylinder's moments of inertia about its centre [kg m^2].
+// Simplification: the real robot's mass is not spread evenly; its makers give no inertia.
+struct Inertia {
+    double horizontal, vertical;
+};
+Inertia robot_inertia(const swe_robot_config& robot);
+
+enum Side { left = 0, right = 1 };
+
+// Centre of a wheel in the body frame [m].
+Vector wheel_centre(const swe_robot_config& robot, Side side);
+
+// The front (+1) or rear (-1) caster's tip in the body frame [m].
+Vector caster_tip(const swe_robot_config& robot, int direction);
+
+// Rim speed [m/s] for a command in [-1, 1] and a relative error of the motor.
+double rim_speed(const swe_robot_config& robot, double command, double error);
+
+// The largest force that the robot can push with, all its weight on the wheels [N].
+double traction_limit(const Scene& scene);
+
+}  // namespace swarmevo

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "policy.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "error.hpp"
+
+namespace swarmevo {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Hidden = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxHidden, 1>;  // on the stack
+
+double logistic(double x) {
+    return 1 / (1 + std::exp(-x));
+}
+
+// swe_policy_function of a Network.
+void act(const void* parameters, const double* observation, double*, double* command) {
+    const auto& network = *static_cast<const Network*>(parameters);
+    const Eigen::Map<const Eigen::Matrix<double, SWE_OBSERVATIONS, 1>> input(observation);
+    Eigen::Map<Eigen::Vector2d> output(command);
+    const bool is_tanh = network.activation == SWE_ACTIVATION_TANH;
+
+    Hidden hidden = network.hidden_bias;
+    hidden.noalias() += network.input_hidden * input;
+    for (double& h : hidden) h = is_tanh ? std::tanh(h) : logistic(h);
+
+    output = network.output_bias;
+    output.noalias() += network.hidden_output * hidden;
+    for (double& o : output) o = is_tanh ? std::tanh(o) : 2 * logistic(o) - 1;
+}
+
+void check(const swe_network_config& config) {
+    if (config.struct_size != sizeof(swe_network_config))
+        throw Error(SWE_INVALID_ARGUMENT, "swe_network_config.struct_size: library and caller differ in version");
+    if (config.hidden > kMaxHidden)
+        throw Error(SWE_INVALID_ARGUMENT, "network.hidden: expected 0 to " + std::to_string(kMaxHidden) +
+                                              " units, got " + std::to_string(config.hidden));
+    if (config.bias != 0 && config.bias != 1)
+        throw Error(SWE_INVALID_ARGUMENT, "network.bias: expected 0 or 1, got " + std::to_string(config.bias));
+    if (config.activation < SWE_ACTIVATION_TANH || config.activation > SWE_ACTIVATION_LOGISTIC)
+        throw Error(SWE_INVALID_ARGUMENT, "network.activation: not set, or not one of SWE_ACTIVATION_*");
+}
+
+void check_finite(const double* weights, std::size_t n, std::size_t size, const char* name) {
+    for (std::size_t i = 0; i < n * size; ++i)
+        if (!std::isfinite(weights[i]))
+            throw Error(SWE_INVALID_ARGUMENT, std::string(name) + ": expected finite weights, got " +
+                                                  std::to_string(weights[i]) + " in network " +
+                                                  std::to_string(i / size));
+}
+
+// Keeps the hidden units that are on. Weights of one network; the last column of each is the bias if there is one.
+Network compact(const Eigen::Map<const RowMajor>& input_hidden, const Eigen::Map<const RowMajor>& hidden_output,
+                const std::uint8_t* on, const swe_network_config& config) {
+    std::vector<int> active;
+    for (unsigned h = 0; h < config.hidden; ++h)
+        if (on[h]) active.push_back(static_cast<int>(h));
+
+    const auto units = static_cast<Eigen::Index>(active.size());
+    Network network{Eigen::MatrixXd(units, SWE_OBSERVATIONS), Eigen::VectorXd::Zero(units),
+                    Eigen::MatrixXd(SWE_COMMANDS, units), Eigen::Vector2d::Zero(), config.activation};
+    for (Eigen::Index i = 0; i < units; ++i) {
+        network.input_hidden.row(i) = input_hidden.row(active[i]).head<SWE_OBSERVATIONS>();
+        network.hidden_output.col(i) = hidden_output.col(active[i]);
+        if (config.bias) network.hidden_bias[i] = input_hidden(active[i], SWE_OBSERVATIONS);
+    }
+    if (config.bias) network.output_bias = hidden_output.col(config.hidden);
+    return network;
+}
+
+}  // namespace
+
+Networks::Networks(const swe_network_config& config, std::size_t n, const double* input_hidden,
+                   const double* hidden_output, const std::uint8_t* hidden_switch) {
+    check(config);
+    const Eigen::Index hidden = config.hidden, inputs = SWE_OBSERVATIONS + config.bias;
+    const std::size_t size_ih = config.hidden * inputs, size_ho = SWE_COMMANDS * (config.hidden + config.bias);
+    check_finite(input_hidden, n, size_ih, "input_hidden");
+    check_finite(hidden_output, n, size_ho, "hidden_output");
+
+    networks_.reserve(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Eigen::Map<const RowMajor> ih(input_hidden + i * size_ih, hidden, inputs);
+        const Eigen::Map<const RowMajor> ho(hidden_output + i * size_ho, SWE_COMMANDS, hidden + config.bias);
+        networks_.push_back(compact(ih, ho, hidden_switch + i * config.hidden, config));
+    }
+}
+
+swe_policy Networks::policy(std::size_t i) const {
+    return {act, &networks_[i], 0};
+}
+
+}  // namespace swarmevo

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pool.hpp"
+
+namespace swarmevo {
+
+Pool::Pool(unsigned threads) {
+    for (unsigned i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+}
+
+Pool::~Pool() {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_ = true;
+    }
+    started_.notify_all();
+    for (std::thread& worker : workers_) worker.join();
+}
+
+void Pool::for_each(std::size_t n, const std::function<void(std::size_t)>& body) {
+    {
+        const std::lock_guard lock(mutex_);
+        body_ = &body;
+        n_ = n;
+        next_ = 0;
+        busy_ = static_cast<unsigned>(workers_.size());
+        ++round_;
+    }
+    started_.notify_all();
+    take_indices();
+    std::unique_lock lock(mutex_);
+    finished_.wait(lock, [this] { return busy_ == 0; });
+}
+
+void Pool::work() {
+    std::uint64_t done = 0;
+    std::unique_lock lock(mutex_);
+    while (true) {
+        started_.wait(lock, [&] { return stopping_ || round_ != done; });
+        if (stopping_) return;
+        done = round_;
+        lock.unlock();
+        take_indices();
+        lock.lock();
+        if (--busy_ == 0) finished_.notify_one();
+    }
+}
+
+void Pool::take_indices() {
+    for (std::size_t i = next_++; i < n_; i = next_++) (*body_)(i);
+}
+
+}  // namespace swarmevo

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The paper's world for the tests. Values are those of swarmevo/config.py; tests/test_simulator.py compares them.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace swarmevo {
+
+struct Fixture {
+    std::vector<double> poses;  // (robots, 3)
+    swe_scene_config config{};
+
+    explicit Fixture(std::vector<double> start_poses = {-0.24, -0.4, -kPi / 2, -0.12, -0.4, -kPi / 2, 0, -0.4, -kPi / 2,
+                                                        0.12, -0.4, -kPi / 2, 0.24, -0.4, -kPi / 2})
+        : poses(std::move(start_poses)) {
+        swe_scene_config_init(&config);
+        config.arena = {1.0, 0.03, SWE_TARGET_WALL_NORTH};
+        config.box = {{0.275, 0.18, 0.03}, 0.24, {0, 0.345, 0}};
+        config.emitter = {{0, 0.345, 0.03}, 0.3, {1, 50}, SWE_REACH_RANGE};
+        config.robot = {0.035, 0.05, 0.08, 0.015, 0.0205, 0.053, 6.28, 0.03, 0.0005};
+        config.team.robots = static_cast<std::uint32_t>(poses.size() / 3);
+        config.team.start = SWE_START_POSES;
+        config.team.start_poses = poses.data();
+        const double region[] = {-0.45, 0.45, -0.45, 0.15}, jitter[] = {0.01, 0.1};
+        std::copy_n(region, 4, config.team.start_region);
+        std::copy_n(jitter, 2, config.team.start_jitter);
+        const double yaws[] = {-17.2, -45.9, -90, -151.5, 151.2, 90, 45.8, 17.1};
+        std::copy_n(yaws, 8, config.sensors.infrared_yaw_deg);
+        const double curve[][2] = {{0, 4095},  {.005, 3474}, {.01, 2211}, {.02, 676}, {.03, 306},
+                                   {.04, 164}, {.05, 90},    {.06, 56},   {.07, 34}};
+        std::copy_n(&curve[0][0], 18, &config.sensors.infrared_curve[0][0]);
+        config.sensors.infrared_curve_points = 9;
+        config.sensors.infrared_target = SWE_INFRARED_TARGET_WALLS_AND_ROBOTS;
+        const double touch[] = {45, 15, -15, -45};
+        std::copy_n(touch, 4, config.sensors.touch_yaw_deg);
+        config.sensors.touch_half_width_deg = 15;
+        config.sensors.touch_range = 0.002;
+        config.sensors.touch_mode = SWE_TOUCH_MODE_BINARY;
+        config.noise = {0.05, 0.005, 0.05, 0};
+        config.physics = {0.02, 9.81, 1.0, 0.8, 0.3, 0.2, 1e-5};
+        config.episode = {180, 0.1};
+    }
+    Fixture(const Fixture&) = delete;  // the config points into it
+
+    // n robots side by side in front of the box's long face, heading north, 5 mm off it; the box far from the wall.
+    static std::vector<double> aligned(int n) {
+        std::vector<double> poses;
+        for (int i = 0; i < n; ++i) {
+            const double pose[] = {0.08 * (i - (n - 1) / 2.0), 0.07, kPi / 2};
+            poses.insert(poses.end(), pose, pose + 3);
+        }
+        return poses;
+    }
+
+    Fixture& box_at(double x, double y, double heading = 0) {
+        const double pose[] = {x, y, heading};
+        std::copy_n(pose, 3, config.box.pose);
+        return *this;
+    }
+
+    Fixture& without_noise() {
+        config.noise = {0, 0, 0, 0};
+        config.team.start_jitter[0] = config.team.start_jitter[1] = 0;
+        return *this;
+    }
+
+    Scene scene() const { return Scene(config); }
+};
+
+}  // namespace swarmevo

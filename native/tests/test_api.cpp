@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "fixture.hpp"
+
+using namespace swarmevo;
+
+namespace {
+
+void stand_still(const void*, const double*, double*, double* command) {
+    command[0] = command[1] = 0;
+}
+
+// A scene of one second and a batch on it.
+struct Handles {
+    Fixture fixture;
+    swe_scene* scene = nullptr;
+    swe_batch* batch = nullptr;
+    swe_policy policy = {stand_still, nullptr, 0};
+    std::vector<std::uint32_t> drivers = std::vector<std::uint32_t>(5, 0);
+    swe_episode episode = {1, 0, 0, 0};
+    swe_outcome outcome{};
+    double homing[5];
+
+    Handles() {
+        fixture.config.episode.horizon = 1;
+        REQUIRE(swe_scene_create(&scene, &fixture.config) == SWE_OK);
+        REQUIRE(swe_batch_create(&batch, scene, 1) == SWE_OK);
+    }
+    ~Handles() {
+        swe_scene_destroy(scene);  // before the batch: it keeps what it needs
+        swe_batch_destroy(batch);
+    }
+
+    swe_status run(const swe_telemetry* telemetry = nullptr) {
+        return swe_batch_run(&outcome, homing, telemetry, batch, &episode, 1, &policy, 1, drivers.data());
+    }
+};
+
+bool complains(const char* part) {
+    return std::string(swe_error_message()).find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("the library tells what it is") {
+    CHECK(swe_abi_version() == SWE_ABI_VERSION);
+    CHECK(std::string(swe_build_info()).find("ODE") != std::string::npos);
+    std::uint32_t sizes[SWE_LAYOUT_SIZES];
+    swe_abi_layout(sizes);
+    CHECK(sizes[0] == sizeof(swe_scene_config));
+    CHECK(sizes[4] == sizeof(swe_outcome));
+    CHECK(swe_selftest_ode_error() == SWE_PHYSICS_ERROR);
+    CHECK(complains("stepsize"));
+}
+
+TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
+    Handles handles;
+    swe_scene* scene = nullptr;
+    CHECK(swe_scene_create(nullptr, &handles.fixture.config) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_scene_create(&scene, nullptr) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("config"));
+    CHECK(swe_batch_create(nullptr, handles.scene, 1) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_batch_create(&handles.batch, nullptr, 1) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_batch_run(nullptr, handles.homing, nullptr, handles.batch, &handles.episode, 1, &handles.policy, 1,
+                        handles.drivers.data()) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, nullptr, &handles.episode, 1, &handles.policy, 1,
+                        handles.drivers.data()) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, handles.batch, &handles.episode, 1, nullptr, 0,
+                        handles.drivers.data()) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_networks_policies(nullptr, 0, nullptr) == SWE_INVALID_ARGUMENT);
+    swe_scene_destroy(nullptr);
+    swe_batch_destroy(nullptr);
+    swe_networks_destroy(nullptr);
+    CHECK(swe_scene_robots(nullptr) == 0);
+    CHECK(handles.run() == SWE_OK);
+    CHECK(std::string(swe_error_message()).empty());
+}
+
+TEST_CASE("wrong sizes and indices are refused before anything runs") {
+    Handles handles;
+    swe_telemetry telemetry;
+    swe_telemetry_init(&telemetry);
+    std::vector<double> buffer(10 * 5 * 3);
+    telemetry.pose = {buffer.data(), buffer.size() - 1};
+    CHECK(handles.run(&telemetry) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("telemetry.pose: expected 150 values, got 149"));
+    telemetry.pose.length = buffer.size();
+    CHECK(handles.run(&telemetry) == SWE_OK);
+    CHECK(buffer[1] < -0.38);
+
+    handles.drivers[3] = 1;
+    CHECK(handles.run() == SWE_INVALID_ARGUMENT);
+    CHECK(complains("robot_policies[3]"));
+    handles.drivers[3] = 0;
+    handles.episode.trial = 65536;
+    CHECK(handles.run() == SWE_INVALID_ARGUMENT);
+    handles.episode.trial = 0;
+    handles.policy.function = nullptr;
+    CHECK(handles.run() == SWE_INVALID_ARGUMENT);
+    swe_batch* batch = nullptr;
+    CHECK(swe_batch_create(&batch, handles.scene, 0) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_batch_create(&batch, handles.scene, 2000) == SWE_INVALID_ARGUMENT);
+}
+
+TEST_CASE("lockstep calls out of order are refused") {
+    Handles h;
+    std::vector<double> observations(5 * SWE_OBSERVATIONS), commands(5 * SWE_COMMANDS);
+    CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("swe_lockstep_begin first"));
+    REQUIRE(swe_lockstep_begin(h.batch, nullptr, &h.episode, 1) == SWE_OK);
+    CHECK(h.run() == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("observe before"));
+    CHECK(swe_lockstep_observe(observations.data(), 3, h.batch) == SWE_INVALID_ARGUMENT);
+    for (int i = 0; i < 10; ++i) {
+        REQUIRE(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_OK);
+        REQUIRE(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_OK);
+    }
+    CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_end(&h.outcome, h.homing, h.batch) == SWE_OK);
+    CHECK(h.outcome.control_steps == 10);
+    CHECK(h.run() == SWE_OK);
+}

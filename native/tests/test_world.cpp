@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "error.hpp"
+#include "fixture.hpp"
+#include "rng.hpp"
+#include "world.hpp"
+
+using namespace swarmevo;
+
+namespace {
+
+constexpr double kTopSpeed = 6.28 * 0.0205;  // [m/s]
+// What soft contacts may store and give back [J]: a few newtons of braking times micrometres.
+// A robot at top speed has 7e-4 J.
+constexpr double kContactEnergy = 1e-5;
+
+void run(World& world, double seconds, double time_step) {
+    for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();
+}
+
+// Where the box's centre ends when n robots push its face for a minute.
+double push(int n, double time_step) {
+    Fixture fixture(Fixture::aligned(n));
+    fixture.box_at(0, 0.2).without_noise().config.physics.time_step = time_step;
+    const Scene scene = fixture.scene();
+    World world(scene, scene.start_poses);
+    for (int i = 0; i < n; ++i) world.set_rim_speeds(static_cast<unsigned>(i), kTopSpeed, kTopSpeed);
+    run(world, 60, time_step);
+    CHECK(world.extremes().penetration < 0.001);
+    CHECK(world.unsolved_steps() == 0);
+    return world.box_pose().y;
+}
+
+}  // namespace
+
+TEST_CASE("a robot drives straight at its wheels' rim speed and turns at their difference over the axle") {
+    for (const double time_step : {0.001, 0.005, 0.02, 0.05}) {
+        Fixture fixture({0, -0.3, kPi / 2, 0.3, -0.3, 0});
+        fixture.without_noise().config.physics.time_step = time_step;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        world.set_rim_speeds(0, 0.1, 0.1);
+        world.set_rim_speeds(1, -0.02, 0.02);
+        run(world, 2, time_step);
+        // The start costs v^2 / (2 mu g) = 0.5 mm, of which a coarse step sees a part.
+        CHECK(world.robot_pose(0).y == doctest::Approx(-0.1).epsilon(0.01));
+        CHECK(world.robot_pose(0).x == doctest::Approx(0).scale(1).epsilon(1e-5));
+        CHECK(world.robot_pose(1).heading == doctest::Approx(0.04 / 0.053 * 2).epsilon(0.01));
+        // Leaning on a caster, its centre of mass is not quite above the axle that it spins about.
+        CHECK(std::hypot(world.robot_pose(1).x - 0.3, world.robot_pose(1).y + 0.3) < 5e-4);
+    }
+}
+
+TEST_CASE("one or two robots never move the box, three and four push it to the wall") {
+    const double wall = 0.5 - 0.09;
+    for (const double time_step : {0.005, 0.02, 0.05}) {
+        CHECK(push(1, time_step) - 0.2 < 0.005);
+        CHECK(push(2, time_step) - 0.2 < 0.005);
+        CHECK(push(3, time_step) == doctest::Approx(wall).epsilon(0.001));
+        CHECK(push(4, time_step) == doctest::Approx(wall).epsilon(0.001));
+    }
+}
+
+TEST_CASE("walls and other robots stop a robot") {
+    for (const double time_step : {0.005, 0.02, 0.05}) {
+        Fixture fixture({0.4, 0, 0, -0.2, 0, 0, -0.1, 0, kPi});
+        fixture.without_noise().config.physics.time_step = time_step;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        for (unsigned i = 0; i < 3; ++i) world.set_rim_speeds(i, kTopSpeed, kTopSpeed);
+        run(world, 1.5, time_step);
+        CHECK(world.robot_pose(0).x == doctest::Approx(0.465).epsilon(0.001));
+        CHECK(world.robot_pose(2).x - world.robot_pose(1).x == doctest::Approx(0.07).epsilon(0.002));
+        CHECK(world.extremes().penetration < 0.001);
+    }
+}
+
+TEST_CASE("with wheels still, energy never grows and everything stays where it is") {
+    for (const double time_step : {0.005, 0.02, 0.05}) {
+        const Fixture fixture;
+        swe_scene_config config = fixture.config;
+        config.physics.time_step = time_step;
+        const Scene scene(config);
+        World world(scene, scene.start_poses);
+        const double energy = world.energy();
+        for (int i = 0; i < 500; ++i) {
+            world.step();
+            REQUIRE(world.energy() <= energy + kContactEnergy);
+        }
+        for (unsigned i = 0; i < scene.robots; ++i)
+            CHECK(std::hypot(world.robot_pose(i).x - scene.start_poses[i].x,
+                             world.robot_pose(i).y - scene.start_poses[i].y) < 1e-4);
+        CHECK(world.box_pose().y == doctest::Approx(0.345).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("robots brake to a halt and their energy never grows on the way") {
+    const Fixture fixture;
+    const Scene scene = fixture.scene();
+    World world(scene, scene.start_poses);
+    for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, -kTopSpeed, -0.8 * kTopSpeed);
+    run(world, 3, 0.02);
+    for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, 0, 0);
+    double energy = world.energy();
+    CHECK(energy > 1e-3);
+    for (int i = 0; i < 200; ++i) {
+        world.step();
+        REQUIRE(world.energy() <= energy + kContactEnergy);
+        energy = std::min(energy, world.energy());
+    }
+    CHECK(energy < kContactEnergy);
+}
+
+TEST_CASE("the same world gives the same bits, another start other bits") {
+    const Fixture fixture;
+    const Scene scene = fixture.scene();
+    const auto hash_of_run = [&](double nudge) {
+        std::vector<Pose> starts = scene.start_poses;
+        starts[0].x += nudge;
+        World world(scene, starts);
+        for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, 0.1, -0.05);
+        run(world, 5, 0.02);
+        return world.fold_state(1);
+    };
+    CHECK(hash_of_run(0) == hash_of_run(0));
+    CHECK(hash_of_run(0) != hash_of_run(1e-12));
+}
+
+TEST_CASE("the force on the box is that of the wheels") {
+    Fixture fixture(Fixture::aligned(1));
+    fixture.box_at(0, 0.2).without_noise().config.sensors.touch_mode = SWE_TOUCH_MODE_FORCE;
+    const Scene scene = fixture.scene();
+    World world(scene, scene.start_poses);
+    CHECK(world.push_force(0) == 0);
+    world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
+    run(world, 5, 0.02);
+    CHECK(world.push_force(0) > 0.7 * traction_limit(scene));
+    CHECK(world.push_force(0) < 1.01 * traction_limit(scene));
+    world.set_rim_speeds(0, -kTopSpeed, -kTopSpeed);
+    run(world, 1, 0.02);
+    CHECK(world.push_force(0) == 0);
+}
+
+TEST_CASE("an assertion of ODE becomes an error") {
+    CHECK_THROWS_AS(provoke_ode_assertion(), Error);
+    CHECK_THROWS_WITH(provoke_ode_assertion(), doctest::Contains("stepsize"));
+    const Fixture fixture;  // and others go on
+    const Scene scene = fixture.scene();
+    World world(scene, scene.start_poses);
+    run(world, 1, 0.02);
+}
