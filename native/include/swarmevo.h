@@ -180,8 +180,7 @@ void swe_scene_destroy(swe_scene* scene); /* NULL is fine; batches made from it 
 uint32_t swe_scene_robots(const swe_scene* scene);
 uint32_t swe_scene_control_steps(const swe_scene* scene);
 
-/* ---- policies
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- policies ---- */
 
 /* A controller that runs inside the worker threads.
  *   parameters   as given in swe_policy; shared between threads, not to be written
@@ -224,8 +223,7 @@ void swe_networks_destroy(swe_networks* networks);
 /* Writes n policies, valid as long as `networks` lives. */
 swe_status swe_networks_policies(swe_policy* policies, size_t capacity, const swe_networks* networks);
 
-/* ---- episodes
- * -------------------------------------------------------------------------------------------------------- */
+/* ---- episodes ---- */
 
 /* Everything random in an episode is a pure function of these, of the robot and of the control step. */
 typedef struct swe_episode {
