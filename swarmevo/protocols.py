@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a plugin sees: the genome, the telemetry, and the three protocols it may implement.
+
+A plugin needs nothing of swarmevo at run time but this module and NumPy. It registers a *factory* under one of the
+entry-point groups ``swarmevo.controllers``, ``swarmevo.fitness`` and ``swarmevo.optimisers``; the factory's further
+keyword parameters are the plugin's options in the YAML config.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.intp]
+BoolArray: TypeAlias = NDArray[np.bool_]
+
+OBSERVATIONS = 13
+"""Length of an observation: eight infrared readings, four touch sensors, the RF strength over its maximum."""
+COMMANDS = 2
+"""Length of a command: left and right wheel, each in [-1, 1] of the top speed."""
+
+
+# ---- genomes ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Block:
+    """One named array inside a genome.
+
+    Args:
+        name: Unique in its space.
+        shape: Of the array.
+        kind: ``"real"``, or ``"switch"``: on where the entry is >= 0.5.
+        unit_axis: The axis that counts the units (say, the hidden neurons) which variation treats as wholes.
+        units: Blocks with the same label share their units: entry ``h`` of one belongs to unit ``h`` of all.
+        linked: Among the blocks of a family of units, those with the same label are crossed over together.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    kind: Literal["real", "switch"] = "real"
+    unit_axis: int = 0
+    units: str = ""
+    linked: str = ""
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return int(np.prod(self.shape, dtype=int))
+
+    def _index_along_unit_axis(self) -> IntArray:
+        return np.indices(self.shape)[self.unit_axis].ravel().astype(np.intp)
+
+
+@dataclass(frozen=True)
+class GenomeSpace:
+    """The layout of a genome: blocks, one after the other, in one flat float64 vector.
+
+    Every gene belongs to one unit, one link and one part, each a number counted from 0, so that an optimiser can treat
+    genomes as vectors and still respect their structure:
+
+    - ``unit_of``: genes that mutate together (a hidden neuron's weights and its switch);
+    - ``link_of``: genes that share one crossover decision (a neuron's inputs and its switch);
+    - ``part_of``: genes that share one crossover factor (a neuron's inputs).
+    """
+
+    blocks: tuple[Block, ...]
+
+    @property
+    def size(self) -> int:
+        """Length of a genome."""
+        return sum(block.size for block in self.blocks)
+
+    def split(self, genomes: FloatArray) -> dict[str, FloatArray]:
+        """Return views of ``genomes`` ``(..., size)``: for each block's name ``(..., *shape)``.
+
+        Raises:
+            ValueError: The last axis is not ``size`` long.
+        """
+        if genomes.shape[-1] != self.size:
+            raise ValueError(f"genomes: expected {self.size} entries along the last axis, got {genomes.shape[-1]}")
+        views, start = {}, 0
+        for block in self.blocks:
+            views[block.name] = genomes[..., start : start + block.size].reshape(*genomes.shape[:-1], *block.shape)
+            start += block.size
+        return views
+
+    def tile(self, copies: int) -> GenomeSpace:
+        """Return the space of ``copies`` independent genomes laid end to end, for a team of individuals."""
+        return GenomeSpace(
+            tuple(
+                replace(block, name=f"{block.name}[{i}]", units=f"{block.units or block.name}[{i}]")
+                for i in range(copies)
+                for block in self.blocks
+            )
+        )
+
+    @cached_property
+    def is_switch(self) -> BoolArray:
+        """``(size,)``: True where a gene is a switch."""
+        return np.repeat([b.kind == "switch" for b in self.blocks], [b.size for b in self.blocks])
+
+    @cached_property
+    def unit_of(self) -> IntArray:
+        """``(size,)``: number of each gene's unit."""
+        return self._number(lambda block: (block.units or block.name,))
+
+    @cached_property
+    def link_of(self) -> IntArray:
+        """``(size,)``: number of each gene's link."""
+        return self._number(lambda block: (block.units or block.name, block.linked or block.name))
+
+    @cached_property
+    def part_of(self) -> IntArray:
+        """``(size,)``: number of each gene's part."""
+        return self._number(lambda block: (block.name,))
+
+    def _number(self, key: Any) -> IntArray:
+        """Number the distinct (key, index along the unit axis) in order of first appearance."""
+        numbers: dict[tuple[object, ...], int] = {}
+        return np.array(
+            [
+                numbers.setdefault((*key(block), int(i)), len(numbers))
+                for block in self.blocks
+                for i in block._index_along_unit_axis()
+            ],
+            dtype=np.intp,
+        )
+
+
+# ---- what an episode leaves --------------------------------------------------------------------------------------------
+
+
+CHANNELS: dict[str, tuple[int | str, ...]] = {
+    "pose": ("robots", 3),
+    "command": ("robots", COMMANDS),
+    "infrared": ("robots", 8),
+    "touch": ("robots", 4),
+    "rf": ("robots",),
+    "box": (3,),
+    "box_contact": (),
+}
+"""Telemetry channels and their shape behind the axes (episodes, control steps)."""
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """What happened in a number of episodes.
+
+    The outcome is always there; a channel only if somebody asked for it (``Fitness.channels``). Channels hold one row
+    per control step, recorded before the step's command acts. World frame: metres, radians, counter-clockwise.
+    """
+
+    control_period: float
+    """[s]"""
+    homing_time: FloatArray
+    """``(episodes, robots)``: first time within the emitter's range [s]; NaN: never."""
+    push_time: FloatArray
+    """``(episodes,)``: first touch of box and target wall [s]; NaN: never."""
+    pose: FloatArray | None = None
+    """``(episodes, steps, robots, 3)``: x, y, heading in [-pi, pi]."""
+    command: FloatArray | None = None
+    """``(episodes, steps, robots, 2)``: left, right in [-1, 1], as the controller gave them."""
+    infrared: FloatArray | None = None
+    """``(episodes, steps, robots, 8)`` in [0, 1]: ps0..ps7; 0 is nothing in range."""
+    touch: FloatArray | None = None
+    """``(episodes, steps, robots, 4)`` in [0, 1]: from left to right."""
+    rf: FloatArray | None = None
+    """``(episodes, steps, robots)``: signal strength S, in the paper from 1 to 50."""
+    box: FloatArray | None = None
+    """``(episodes, steps, 3)``: x, y, heading."""
+    box_contact: FloatArray | None = None
+    """``(episodes, steps)``: 1 where the box touches the target wall, else 0."""
+
+
+# ---- policies that run natively ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """Networks with one hidden layer, run by the library. ``n`` networks of up to ``h`` hidden units.
+
+    ``bias`` is 1 if hidden and output units have a constant input, else 0.
+    """
+
+    input_hidden: FloatArray
+    """``(n, h, 13 + bias)``"""
+    hidden_output: FloatArray
+    """``(n, 2, h + bias)``"""
+    hidden_switch: BoolArray
+    """``(n, h)``"""
+    bias: bool = True
+    activation: Literal["tanh", "logistic"] = "tanh"
+
+    def __len__(self) -> int:
+        return len(self.input_hidden)
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A plugin's own compiled function: ``swe_policy_function`` of ``swarmevo.h``.
+
+    The function is called by several threads at once and must not write to its parameters.
+    """
+
+    function: int
+    """Its address, as ``ctypes`` or ``cffi`` gives it."""
+    parameters: FloatArray
+    """``(n, size)``: policy ``i`` is called with a pointer to row ``i``."""
+    memory: int = 0
+    """Doubles of memory for each robot, zero when an episode starts."""
+    keep_alive: object = field(default=None, repr=False)
+    """Whatever must not be freed while the policies live, such as the loaded library."""
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+
+NativePolicies: TypeAlias = FeedForward | Compiled
+
+
+# ---- the three protocols -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SceneInfo:
+    """What a controller may know about the scene."""
+
+    robots: int
+    control_steps: int
+    control_period: float
+    """[s]"""
+    observations: int = OBSERVATIONS
+    commands: int = COMMANDS
+
+
+@dataclass(frozen=True)
+class Objective:
+    """One number that evolution makes better.
+
+    Args:
+        name: Unique in a run; a column of the results.
+        direction: What better means.
+        range: Smallest and largest value it can take; the worse end is the hypervolume's reference.
+    """
+
+    name: str
+    direction: Literal["maximise", "minimise"]
+    range: tuple[float, float]
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Turns genomes into behaviour. Factory: ``factory(**options)``.
+
+    Besides these methods it has one of the two in :class:`NativeController` and :class:`PythonController`.
+    """
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        """Return the layout of one robot's genome."""
+        ...
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        """Return ``(n,)``: how many hidden neurons each of ``genomes`` ``(n, size)`` uses."""
+        ...
+
+
+@runtime_checkable
+class NativeController(Controller, Protocol):
+    """A controller that the library runs inside its worker threads."""
+
+    def policies(self, genomes: FloatArray) -> NativePolicies:
+        """Return one policy for each of ``genomes`` ``(n, size)``."""
+        ...
+
+
+@runtime_checkable
+class PythonController(Controller, Protocol):
+    """A controller written with NumPy, run for all episodes in lockstep."""
+
+    def start(self, genomes: FloatArray) -> None:
+        """Take the genomes ``(worlds, robots, size)`` of the episodes that begin; forget all memory."""
+        ...
+
+    def act(self, observations: FloatArray) -> FloatArray:
+        """Return commands ``(worlds, robots, 2)`` in [-1, 1] for ``observations`` ``(worlds, robots, 13)``."""
+        ...
+
+
+@runtime_checkable
+class Fitness(Protocol):
+    """Judges episodes. Factory: ``factory(**options)``."""
+
+    @property
+    def objectives(self) -> Sequence[Objective]:
+        """What it measures, in the order of the columns of :meth:`evaluate`."""
+        ...
+
+    @property
+    def channels(self) -> Sequence[str]:
+        """The telemetry channels it reads: keys of ``CHANNELS``."""
+        ...
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return ``(episodes, objectives)``.
+
+        Args:
+            telemetry: The outcome and the channels that were asked for.
+            genomes: ``(episodes, size)``: the individual that each episode tried.
+            controller: To ask for ``complexity``.
+        """
+        ...
+
+
+@runtime_checkable
+class Optimiser(Protocol):
+    """Proposes genomes, learns their costs.
+
+    Factory: ``factory(space, population, objectives, rng, **options)`` with a :class:`GenomeSpace`, two ints and a
+    ``numpy.random.Generator``, which is its only source of randomness. Call order, shapes and finiteness are checked
+    by the host.
+    """
+
+    def ask(self) -> FloatArray:
+        """Return the genomes ``(n, size)`` to evaluate next; ``n`` may vary, but is at least 1."""
+        ...
+
+    def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
+        """Take the costs ``(n, objectives)`` of the genomes just asked for; less is better in every column."""
+        ...
+
+    def state(self) -> Mapping[str, Any]:
+        """Return all that :meth:`restore` needs, the RNG's state included.
+
+        Numbers, strings, None, arrays, and dicts and lists of these.
+        """
+        ...
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from ``state`` as if nothing had happened. Called on a fresh object."""
+        ...

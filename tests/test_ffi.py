@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A stale, foreign or missing library is one clear error. Each case is a process of its own: a library stays loaded."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from swarmevo import simulator
+
+
+def load_in_new_process(library: Path) -> str:
+    """Return the error that loading ``library`` ends with; empty if there is none."""
+    code = (
+        "from swarmevo.simulator import SimulatorError, library_info\n"
+        "try: library_info()\n"
+        "except SimulatorError as error: print(error)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "SWARMEVO_LIBRARY": str(library)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.strip()
+
+
+def copy_of_library(folder: Path) -> tuple[Path, Path]:
+    """Copy library and header into ``folder`` and return both paths."""
+    path = Path(simulator.library_info()["path"])
+    return Path(shutil.copy(path, folder)), Path(shutil.copy(path.with_name("swarmevo.h"), folder))
+
+
+def test_a_copy_loads(tmp_path: Path) -> None:
+    library, _ = copy_of_library(tmp_path)
+    assert load_in_new_process(library) == ""
+
+
+def test_a_missing_library(tmp_path: Path) -> None:
+    error = load_in_new_process(tmp_path / "nothing.so")
+    assert "cannot load the native library" in error
+    assert "reinstall" in error
+    assert "\n" not in error
+
+
+def test_a_file_that_is_no_library(tmp_path: Path) -> None:
+    (tmp_path / "noise.so").write_bytes(os.urandom(1000))
+    assert "cannot load the native library" in load_in_new_process(tmp_path / "noise.so")
+
+
+def test_a_library_of_somebody_else() -> None:
+    error = load_in_new_process(Path("libm.so.6"))
+    assert "not a swarmevo library" in error
+
+
+def test_a_library_older_than_its_header(tmp_path: Path) -> None:
+    library, header = copy_of_library(tmp_path)
+    text = header.read_text()
+    header.write_text(text.replace("#define SWE_ABI_VERSION ", "#define SWE_ABI_VERSION 9"))
+    assert "expected ABI version 9" in load_in_new_process(library)
+    header.write_text(text.replace("    double wall_height;", "    double wall_height, more;"))
+    assert "swe_scene_config has" in load_in_new_process(library)
+
+
+def test_a_header_without_its_markers(tmp_path: Path) -> None:
+    library, header = copy_of_library(tmp_path)
+    header.write_text("/* nothing */")
+    assert "markers are missing" in load_in_new_process(library)

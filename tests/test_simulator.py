@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import ctypes
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import annotated_types
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pydantic.fields import FieldInfo
+from swarmevo import simulator
+from swarmevo.config import Config
+from swarmevo.protocols import CHANNELS, COMMANDS, OBSERVATIONS, Compiled, FeedForward, FloatArray
+from swarmevo.simulator import EpisodeKey, InvalidArgument, Scene, simulate, simulate_lockstep
+
+WORLD = ("arena", "box", "emitter", "robot", "sensors", "noise", "physics", "episode")
+FIXTURE = Path(__file__).parents[1] / "native" / "tests" / "fixture.hpp"
+
+
+def changed(section: str, **values: Any) -> Config:
+    """Return the default config with some keys of one section changed, pydantic's ranges left aside."""
+    config = Config()
+    part = getattr(config, section).model_copy(update=values)
+    return config.model_copy(update={section: part})
+
+
+def short(horizon: float = 5.0) -> Config:
+    return changed("episode", horizon=horizon)
+
+
+def networks(n: int, seed: int = 0) -> FeedForward:
+    rng = np.random.default_rng(seed)
+    return FeedForward(rng.normal(size=(n, 15, 14)), rng.normal(size=(n, 2, 16)), rng.random((n, 15)) < 0.5)
+
+
+def keys(n: int) -> list[EpisodeKey]:
+    return [EpisodeKey(seed=3, trial=0, generation=0, repeat=i) for i in range(n)]
+
+
+def cloned(n: int, robots: int = 5) -> NDArray[np.uint32]:
+    return np.repeat(np.arange(n, dtype=np.uint32)[:, None], robots, axis=1)
+
+
+# ---- the config and the library say the same -------------------------------------------------------------------------
+
+
+def bounds(field: FieldInfo) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for entry in field.metadata:
+        if isinstance(entry, annotated_types.Ge):
+            found["ge"] = float(entry.ge)  # type: ignore[arg-type]
+        if isinstance(entry, annotated_types.Le):
+            found["le"] = float(entry.le)  # type: ignore[arg-type]
+    return found
+
+
+def scalar_fields() -> list[tuple[str, str, float, float]]:
+    rows = []
+    for section in WORLD:
+        for name, field in type(getattr(Config(), section)).model_fields.items():
+            limits = bounds(field)
+            if field.annotation is float:
+                rows.append((section, name, limits["ge"], limits["le"]))
+    return rows
+
+
+@pytest.mark.parametrize(("section", "name", "low", "high"), scalar_fields())
+def test_ranges_of_config_and_library_are_the_same(section: str, name: str, low: float, high: float) -> None:
+    def refused(value: float) -> bool:
+        complaints = simulator.scene_errors(changed(section, **{name: value}))
+        return any(line.startswith(f"{section}.{name}: expected {low:.10g} to {high:.10g}") for line in complaints)
+
+    assert refused(math.nextafter(low, -math.inf))
+    assert refused(math.nextafter(high, math.inf))
+    assert refused(math.nan)
+    assert not refused(low)
+    assert not refused(high)
+
+
+def test_native_fixture_has_the_defaults() -> None:
+    config, text = Config(), FIXTURE.read_text()
+
+    def numbers(pattern: str) -> list[float]:
+        match = re.search(pattern, text)
+        assert match is not None, pattern
+        return [float(number) for number in re.findall(r"-?\d*\.?\d+(?:e-?\d+)?", match.group(1))]
+
+    def values(section: Any) -> list[float]:
+        return [value for value in section.model_dump().values() if isinstance(value, float)]
+
+    assert numbers(r"config\.arena = {(.*?), SWE") == values(config.arena)
+    assert numbers(r"config\.box = {(.*)};") == [*config.box.size, config.box.mass, *config.box.pose]
+    assert numbers(r"config\.emitter = {(.*), SWE") == [
+        *config.emitter.position,
+        config.emitter.range,
+        *config.emitter.strength,
+    ]
+    assert numbers(r"config\.robot = {(.*)};") == values(config.robot)
+    assert numbers(r"yaws\[\] = {(.*)};") == list(config.sensors.infrared_yaw_deg)
+    assert numbers(r"curve\[\]\[2\] = {((?:.|\n)*?)};") == [x for point in config.sensors.infrared_curve for x in point]
+    assert numbers(r"touch\[\] = {(.*)};") == list(config.sensors.touch_yaw_deg)
+    assert numbers(r"config\.noise = {(.*)};") == values(config.noise)
+    assert numbers(r"config\.physics = {(.*)};") == values(config.physics)
+    assert numbers(r"config\.episode = {(.*)};") == values(config.episode)
+    poses = np.array(numbers(r"start_poses = {((?:.|\n)*?)}\)").copy())
+    assert len(poses) > 0
+
+
+# ---- scenes ----------------------------------------------------------------------------------------------------------
+
+
+def test_scene_tells_robots_and_steps() -> None:
+    info = Scene(Config()).info
+    assert (info.robots, info.control_steps, info.control_period) == (5, 1800, 0.1)
+
+
+def test_every_error_of_a_world_is_listed() -> None:
+    config = changed(
+        "team", start="poses", start_poses=((0.0, -0.4, 0.0), (0.01, -0.4, 0.0), (0.6, 0.0, 0.0)), robots=3
+    )
+    lines = simulator.scene_errors(config)
+    assert any("start_poses[1]" in line and "robot 0" in line for line in lines)
+    assert any("start_poses[2]" in line and "inside the arena" in line for line in lines)
+    assert simulator.scene_errors(Config()) == []
+
+
+def test_number_of_poses_must_fit() -> None:
+    assert "one pose for each of 5 robots, got 0" in simulator.scene_errors(changed("team", start="poses"))[0]
+
+
+@pytest.mark.parametrize("robots", [1, 5, 7, 8, 20, 64])
+def test_rows_of_robots_are_symmetric_and_apart(robots: int) -> None:
+    team = Config().team.model_copy(update={"robots": robots})
+    poses = simulator.start_poses(team, arena_size=1.0 if robots <= 7 else 3.0)
+    assert poses.shape == (robots, 3)
+    gaps = np.linalg.norm(poses[:, None, :2] - poses[None, :, :2], axis=-1) + 10 * np.eye(robots)
+    assert gaps.min() > team.row_spacing - 1e-12 if robots > 1 else True
+    assert abs(poses[: min(robots, 7), 0].mean()) < 1e-12 or robots > 7
+    assert np.all(poses[:, 2] == -np.pi / 2)
+
+
+# ---- episodes --------------------------------------------------------------------------------------------------------
+
+
+def test_same_bits_on_any_number_of_threads_in_any_order_and_division() -> None:
+    scene, policies = Scene(short()), networks(12)
+    reference = simulate(scene, policies, keys(12), cloned(12), CHANNELS)
+    for threads in (2, 8):
+        assert np.array_equal(simulate(scene, policies, keys(12), cloned(12), (), threads).hash, reference.hash)
+    backwards = simulate(scene, policies, keys(12)[::-1], cloned(12)[::-1], CHANNELS, 2)
+    assert np.array_equal(backwards.hash[::-1], reference.hash)
+    for name in CHANNELS:
+        assert np.array_equal(getattr(backwards.telemetry, name)[::-1], getattr(reference.telemetry, name))
+    pieces = [simulate(scene, policies, keys(12)[i : i + 5], cloned(12)[i : i + 5]).hash for i in (0, 5, 10)]
+    assert np.array_equal(np.concatenate(pieces), reference.hash)
+
+
+def test_telemetry_has_its_shapes_and_only_what_was_asked_for() -> None:
+    scene = Scene(short(1.0))
+    telemetry = simulate(scene, networks(2), keys(2), cloned(2), ["pose", "rf"]).telemetry
+    assert telemetry.pose is not None
+    assert telemetry.rf is not None
+    assert telemetry.pose.shape == (2, 10, 5, 3)
+    assert telemetry.rf.shape == (2, 10, 5)
+    assert telemetry.touch is None
+    assert telemetry.homing_time.shape == (2, 5)
+    with pytest.raises(InvalidArgument, match="got smell"):
+        simulate(scene, networks(2), keys(2), cloned(2), ["smell"])
+
+
+def test_mixed_team_uses_every_robots_own_policy() -> None:
+    scene = Scene(short(1.0))
+    still, moving = np.zeros((15, 14)), np.zeros((15, 14))
+    output = np.zeros((2, 2, 16))
+    output[1, :, 15] = 3.0  # bias alone: full speed
+    policies = FeedForward(np.stack([still, moving]), output, np.zeros((2, 15), dtype=bool))
+    drivers = np.array([[0, 1, 0, 1, 0]], dtype=np.uint32)
+    commands = simulate(scene, policies, keys(1), drivers, ["command"]).telemetry.command
+    assert commands is not None
+    assert np.all(commands[0, :, [0, 2, 4]] == 0)
+    assert np.all(commands[0, :, [1, 3]] > 0.99)
+
+
+class NumpyNetwork:
+    """The same networks as FeedForward, for the lockstep."""
+
+    def __init__(self, policies: FeedForward) -> None:
+        self.policies = policies
+
+    def space(self, scene: Any) -> Any:
+        raise AssertionError("not asked for here")
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        raise AssertionError("not asked for here")
+
+    def start(self, genomes: FloatArray) -> None:
+        self.which = genomes[..., 0].astype(int)
+
+    def act(self, observations: FloatArray) -> FloatArray:
+        p = self.policies
+        x = np.concatenate([observations, np.ones((*observations.shape[:2], 1))], axis=-1)
+        hidden = np.tanh(np.einsum("wrhi,wri->wrh", p.input_hidden[self.which], x)) * p.hidden_switch[self.which]
+        hidden = np.concatenate([hidden, np.ones((*hidden.shape[:2], 1))], axis=-1)
+        out: FloatArray = np.tanh(np.einsum("wroh,wrh->wro", p.hidden_output[self.which], hidden))
+        return out
+
+
+def test_lockstep_with_a_numpy_network_follows_the_native_one() -> None:
+    scene, policies = Scene(short(2.0)), networks(4)
+    native = simulate(scene, policies, keys(4), cloned(4), ["pose"])
+    genomes = cloned(4)[..., None].astype(float)
+    python = simulate_lockstep(scene, NumpyNetwork(policies), genomes, keys(4), ["pose"], 2)
+    assert native.telemetry.pose is not None
+    assert python.telemetry.pose is not None
+    assert np.allclose(native.telemetry.pose, python.telemetry.pose, atol=1e-9)
+
+
+def test_a_controllers_wrong_commands_are_one_clear_error() -> None:
+    scene = Scene(short(1.0))
+
+    class Wrong(NumpyNetwork):
+        def act(self, observations: FloatArray) -> FloatArray:
+            return np.zeros((1, 2))
+
+    class Broken(NumpyNetwork):
+        def act(self, observations: FloatArray) -> FloatArray:
+            return np.full((*observations.shape[:2], COMMANDS), np.nan)
+
+    genomes = cloned(1)[..., None].astype(float)
+    with pytest.raises(InvalidArgument, match=r"commands: expected shape \(1, 5, 2\), got \(1, 2\)"):
+        simulate_lockstep(scene, Wrong(networks(1)), genomes, keys(1))
+    failed = simulate_lockstep(scene, Broken(networks(1)), genomes, keys(1))
+    assert failed.status[0] != 0
+    assert "not finite at control step 0" in failed.messages[0]
+
+
+def test_a_compiled_function_takes_the_networks_place() -> None:
+    @ctypes.CFUNCTYPE(
+        None,
+        ctypes.POINTER(ctypes.c_double),
+        ctypes.POINTER(ctypes.c_double),
+        ctypes.POINTER(ctypes.c_double),
+        ctypes.POINTER(ctypes.c_double),
+    )
+    def drive(parameters: Any, observation: Any, memory: Any, command: Any) -> None:
+        memory[0] += 1
+        command[0] = parameters[0]
+        command[1] = parameters[1] * (memory[0] <= 5)
+
+    address = ctypes.cast(drive, ctypes.c_void_p).value
+    assert address is not None
+    policies = Compiled(address, np.array([[0.5, 0.25], [-1.0, 1.0]]), memory=1, keep_alive=drive)
+    commands = simulate(Scene(short(1.0)), policies, keys(2), cloned(2), ["command"]).telemetry.command
+    assert commands is not None
+    assert np.all(commands[0, :, :, 0] == 0.5)
+    assert np.all(commands[0, :5, :, 1] == 0.25)
+    assert np.all(commands[0, 5:, :, 1] == 0)
+    assert np.all(commands[1, :5, :, 1] == 1)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda p: {"input_hidden": p.input_hidden * np.nan}, "finite weights, got nan"),
+        (lambda p: {"input_hidden": p.input_hidden[:, :, :13]}, "input_hidden: expected shape"),
+        (lambda p: {"hidden_output": p.hidden_output[:, :1]}, "hidden_output: expected shape"),
+    ],
+)
+def test_bad_weights_are_one_clear_error(spoil: Any, message: str) -> None:
+    good = networks(2)
+    bad = FeedForward(**{**good.__dict__, **spoil(good)})
+    with pytest.raises(InvalidArgument, match=message):
+        simulate(Scene(short(1.0)), bad, keys(2), cloned(2))
+
+
+def test_bad_calls_are_one_clear_error() -> None:
+    scene = Scene(short(1.0))
+    with pytest.raises(InvalidArgument, match="robot_policies: expected shape"):
+        simulate(scene, networks(2), keys(2), cloned(2, robots=4))
+    with pytest.raises(InvalidArgument, match=r"robot_policies\[0\]: expected an index below 2"):
+        simulate(scene, networks(2), keys(2), cloned(2) + 2)
+    with pytest.raises(InvalidArgument, match="threads"):
+        simulate(scene, networks(2), keys(2), cloned(2), threads=0)
+    with pytest.raises(InvalidArgument, match="0 <= seed"):
+        simulate(scene, networks(1), [EpisodeKey(-1, 0, 0, 0)], cloned(1))
+    with pytest.raises(InvalidArgument, match="below 65536"):
+        simulate(scene, networks(1), [EpisodeKey(0, 70000, 0, 0)], cloned(1))
+    assert len(simulate(scene, networks(1), [], cloned(0))) == 0
+
+
+def test_a_thousand_random_episodes_leave_the_world_whole() -> None:
+    n = 1000
+    scene = Scene(Config())
+    episodes = simulate(scene, networks(n), keys(n), cloned(n), ["pose", "box"] if n < 50 else (), threads=2)
+    steps = n * scene.info.control_steps * 5
+    assert np.all(episodes.status == 0)
+    assert episodes.max_penetration.max() < 0.001  # walls, floor, box and robots [m]
+    assert episodes.max_lift.max() < 0.001  # nothing flies [m]
+    assert episodes.min_upright.min() > 0.99  # nothing falls over
+    assert episodes.unsolved_steps.sum() == 0
+    assert episodes.ode_messages.sum() < 10e-6 * steps
+    half = 0.5 - 0.09 + 1e-3
+    assert np.all(np.abs(episodes.box_pose[:, :2]) < half)
+
+
+# ---- the library -----------------------------------------------------------------------------------------------------
+
+
+def test_library_tells_what_it_is_and_survives_an_assertion_of_ode() -> None:
+    info = simulator.library_info()
+    assert "ODE" in info["build"]
+    simulator.selftest()
+
+
+def test_observation_and_command_sizes_are_the_headers() -> None:
+    from swarmevo._ffi import load
+
+    _, lib = load()
+    assert lib.SWE_OBSERVATIONS == OBSERVATIONS
+    assert lib.SWE_COMMANDS == COMMANDS
