@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The paper's two objectives (section V): F1, homing and box pushing, and F2, the number of hidden neurons."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+
+from swarmevo.protocols import Controller, FloatArray, Objective, Telemetry
+
+SumCovers = Literal["both", "motion"]
+
+
+class BoxPushing:
+    """F1 (eq. 1): ``1/T sum[(1 - i) W_L W_R V S + S B]`` of each robot, then the mean over the robots.
+
+    Args:
+        sum_covers: Whether the sum covers ``both`` terms, or only the first (``motion``), S B being added as it is at
+            the end of the episode.
+        strength: Largest signal strength S, of which the objective's range is made (paper: 50).
+
+    Raises:
+        ValueError: An option is out of its range.
+    """
+
+    channels = ("infrared", "touch", "rf", "command")
+
+    def __init__(self, sum_covers: SumCovers = "both", strength: float = 50.0) -> None:
+        if sum_covers not in get_args(SumCovers):
+            raise ValueError(f"sum_covers: expected one of {', '.join(get_args(SumCovers))}, got {sum_covers!r}")
+        if not isinstance(strength, (int, float)) or not 0 < strength < np.inf:
+            raise ValueError(f"strength: expected a number above 0, got {strength!r}")
+        self._sum_covers: SumCovers = sum_covers
+        self.objectives = (Objective("box_pushing", "maximise", (0.0, 2.0 * strength)),)
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return F1 ``(episodes, 1)``.
+
+        Raises:
+            ValueError: A channel is missing.
+        """
+        episodes = zip(*(_channel(telemetry, name) for name in self.channels), strict=True)
+        # One episode at a time: little memory, and the same bits whichever episodes stand beside it.
+        return np.array([[self._f1(*episode)] for episode in episodes]).reshape(-1, 1)
+
+    def _f1(self, infrared: FloatArray, touch: FloatArray, rf: FloatArray, command: FloatArray) -> float:
+        """Return F1 of one episode: channels without their first axis."""
+        i, b, s = infrared.max(axis=-1), touch.max(axis=-1), rf  # (steps, robots)
+        w = np.maximum(command, 0.0)  # backwards counts as standing
+        w_left, w_right = w[..., 0], w[..., 1]
+        v = (w_left + w_right) / 2
+        motion, pushing = (1 - i) * w_left * w_right * v * s, s * b
+        if self._sum_covers == "both":
+            return float(np.mean(motion + pushing, axis=0).mean())
+        return float((np.mean(motion, axis=0) + pushing[-1]).mean())
+
+
+class HiddenNeurons:
+    """F2 (eq. 2): the number of hidden neurons in use.
+
+    Args:
+        maximum: Most hidden neurons that a genome can have, the upper end of the objective's range (paper: 15).
+
+    Raises:
+        ValueError: ``maximum`` is not above 0.
+    """
+
+    channels = ()
+
+    def __init__(self, maximum: int = 15) -> None:
+        if type(maximum) is not int or maximum < 1:
+            raise ValueError(f"maximum: expected a whole number of at least 1, got {maximum!r}")
+        self._maximum = maximum
+        self.objectives = (Objective("hidden_neurons", "minimise", (0.0, float(maximum))),)
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return F2 ``(episodes, 1)``.
+
+        Raises:
+            ValueError: A genome uses more hidden neurons than ``maximum``.
+        """
+        f2 = controller.complexity(genomes)
+        if np.any(f2 > self._maximum):
+            raise ValueError(
+                f"maximum: expected at most {self._maximum} hidden neurons, a genome uses {f2.max():g}; set it to the "
+                "most that the controller can have"
+            )
+        return f2[:, np.newaxis]
+
+
+def _channel(telemetry: Telemetry, name: str) -> FloatArray:
+    channel: FloatArray | None = getattr(telemetry, name)
+    if channel is None:
+        raise ValueError(f"telemetry: expected the channel {name}, got none")
+    return channel

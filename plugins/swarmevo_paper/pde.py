@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Elitist Pareto-frontier differential evolution (PDE): the paper's section III, step by step.
+
+Where the paper is silent, the reading and its reasons are in ``docs/paper-map.md``.
+
+The order of random draws is part of the interface, so that a second implementation can be held against this one:
+
+- initial population: ``standard_normal((population, real genes))``, then ``random((population, switches)) < 0.5``;
+- each child: ``choice(retained, 3, replace=False)``; ``random(links) < crossover_rate``; ``standard_normal(parts)``;
+  ``random(units) < mutation_rate``; ``standard_normal(real genes) * mutation_spread``, drawn whether used or not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal, get_args
+
+import moocore
+import numpy as np
+
+from swarmevo.protocols import FloatArray, GenomeSpace, IntArray
+
+Reevaluate = Literal["accumulate", "once", "renew"]
+Acceptance = Literal["always", "dominates"]
+
+PARENTS = 3
+"""One main and two supporting parents (paper step 3.4.1)."""
+
+
+class PDE:
+    """The paper's optimiser.
+
+    A front as large as the population leaves no room for children. With the paper's objectives that cannot happen: the
+    front has at most one point for each number of hidden neurons, 0 to 15, and the population is 30.
+
+    Args:
+        space: Layout of a genome.
+        population: At least 4: three parents and a child.
+        objectives: Number of costs.
+        rng: The only source of randomness.
+        crossover_rate: Probability that a link's genes are crossed over (paper Table I).
+        mutation_rate: Probability that a unit mutates (paper Table I).
+        mutation_spread: Standard deviation of the mutation of real genes (paper step 3.4.3).
+        reevaluate: What becomes of the retained: evaluated in every generation and judged by the mean of all their
+            evaluations (``accumulate``) or by the newest (``renew``), or not evaluated again while there are children
+            to evaluate (``once``).
+        acceptance: Whether a child enters the selection ``always``, or only if it ``dominates`` its main parent.
+
+    Raises:
+        ValueError: An option is out of its range.
+    """
+
+    def __init__(
+        self,
+        space: GenomeSpace,
+        population: int,
+        objectives: int,
+        rng: np.random.Generator,
+        *,
+        crossover_rate: float = 0.7,
+        mutation_rate: float = 0.01,
+        mutation_spread: float = 0.01,
+        reevaluate: Reevaluate = "accumulate",
+        acceptance: Acceptance = "always",
+    ) -> None:
+        _require_number("population", population, PARENTS + 1)
+        _require_number("crossover_rate", crossover_rate, 0, 1)
+        _require_number("mutation_rate", mutation_rate, 0, 1)
+        _require_number("mutation_spread", mutation_spread, 0)
+        _require_choice("reevaluate", reevaluate, get_args(Reevaluate))
+        _require_choice("acceptance", acceptance, get_args(Acceptance))
+        self._space, self._population, self._rng = space, population, rng
+        self._crossover_rate, self._mutation_rate = crossover_rate, mutation_rate
+        self._mutation_spread = mutation_spread
+        self._reevaluate, self._acceptance = reevaluate, acceptance
+
+        self._genomes = self._random_genomes()  # step 2.0
+        self._cost_sums = np.zeros((population, objectives))
+        self._evaluations = np.zeros(population, dtype=np.intp)
+        self._main_parents = np.full(population, -1, dtype=np.intp)  # index into the population; -1: not a new child
+
+    def ask(self) -> FloatArray:
+        """Return the genomes ``(n, size)`` to evaluate: the retained, if evaluated again, then the children."""
+        return self._genomes[self._asked()]
+
+    def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
+        """Take the costs ``(n, objectives)`` of the genomes asked for, and make the next population."""
+        self._record(costs)  # step 3.1, evaluate
+        if self._acceptance == "dominates":
+            self._retain(self._accepted())  # PDE of 2001; not in the paper
+        self._retain(self._labelled())  # step 3.3
+        self._fill_up()  # steps 3.4 and 3.5
+
+    def state(self) -> dict[str, Any]:
+        """Return the population, its evaluations and the RNG's state."""
+        return {
+            "genomes": self._genomes.copy(),
+            "cost_sums": self._cost_sums.copy(),
+            "evaluations": self._evaluations.copy(),
+            "main_parents": self._main_parents.copy(),
+            "rng": self._rng.bit_generator.state,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from ``state``."""
+        self._genomes = np.array(state["genomes"], dtype=np.float64)
+        self._cost_sums = np.array(state["cost_sums"], dtype=np.float64)
+        self._evaluations = np.array(state["evaluations"], dtype=np.intp)
+        self._main_parents = np.array(state["main_parents"], dtype=np.intp)
+        self._rng.bit_generator.state = state["rng"]
+
+    def _random_genomes(self) -> FloatArray:
+        """Step 2.0: return the initial population ``(population, size)``."""
+        rho = self._space.is_switch
+        genomes = np.empty((self._population, self._space.size))
+        genomes[:, ~rho] = self._rng.standard_normal((self._population, np.count_nonzero(~rho)))  # omega ~ N(0, 1)
+        genomes[:, rho] = self._rng.random((self._population, np.count_nonzero(rho))) < 0.5  # P(rho = 1) = 0.5
+        return genomes
+
+    def _asked(self) -> IntArray:
+        """Return who is to be evaluated: indices into the population."""
+        new = np.flatnonzero(self._evaluations == 0)
+        return new if self._reevaluate == "once" and new.size else np.arange(len(self._genomes))
+
+    def _record(self, costs: FloatArray) -> None:
+        """Step 3.1: remember the costs of those who were asked for."""
+        asked = self._asked()
+        if self._reevaluate == "renew":
+            self._cost_sums[asked], self._evaluations[asked] = 0, 0
+        self._cost_sums[asked] += costs
+        self._evaluations[asked] += 1
+
+    def _costs(self) -> FloatArray:
+        """Return ``(population, objectives)``: the mean of the evaluations that count."""
+        return self._cost_sums / self._evaluations[:, np.newaxis]
+
+    def _accepted(self) -> IntArray:
+        """Return all but the new children that do not dominate their main parent. The retained are three at least."""
+        costs = self._costs()
+        parent_costs = costs[self._main_parents]
+        dominates = np.all(costs <= parent_costs, axis=1) & np.any(costs < parent_costs, axis=1)
+        return np.flatnonzero(dominates | (self._main_parents < 0))
+
+    def _labelled(self) -> IntArray:
+        """Steps 3.1 to 3.2.2: return the first layer of non-dominated solutions, but at least three solutions.
+
+        Only representatives form layers. Duplicates do not dominate each other: they would fill the population for
+        good. They come last, if there are not enough others.
+        """
+        costs = self._costs()
+        first = _representatives(self._genomes, costs)
+        layer = moocore.pareto_rank(costs[first])  # step 3.1: layer 0
+        by_layer = first[np.argsort(layer, kind="stable")]  # in a layer: in the population's order
+        queue = np.concatenate([by_layer, np.setdiff1d(np.arange(len(costs)), first)])
+        return np.sort(queue[: max(np.count_nonzero(layer == 0), PARENTS)])  # steps 3.2 to 3.2.2
+
+    def _retain(self, survivors: IntArray) -> None:
+        """Step 3.3: delete everybody else."""
+        self._genomes = self._genomes[survivors]
+        self._cost_sums, self._evaluations = self._cost_sums[survivors], self._evaluations[survivors]
+
+    def _fill_up(self) -> None:
+        """Steps 3.4 and 3.5: put a child in the place of each deleted solution."""
+        retained, deleted = len(self._genomes), self._population - len(self._genomes)
+        alphas = np.empty((deleted, PARENTS), dtype=np.intp)
+        children = np.empty((deleted, self._space.size))
+        for i in range(deleted):  # step 3.5
+            alphas[i] = self._rng.choice(retained, PARENTS, replace=False)  # step 3.4.1
+            children[i] = self._crossover(*self._genomes[alphas[i]])  # step 3.4.2
+            self._mutate(children[i])  # step 3.4.3
+        self._genomes = np.concatenate([self._genomes, children])
+        self._cost_sums = np.concatenate([self._cost_sums, np.zeros((deleted, self._cost_sums.shape[1]))])
+        self._evaluations = np.concatenate([self._evaluations, np.zeros(deleted, dtype=np.intp)])
+        self._main_parents = np.concatenate([np.full(retained, -1), alphas[:, 0]])
+
+    def _crossover(self, alpha_1: FloatArray, alpha_2: FloatArray, alpha_3: FloatArray) -> FloatArray:
+        """Step 3.4.2: return a child ``(size,)``, a link at a time either crossed over or the main parent's."""
+        rho, link, part = self._space.is_switch, self._space.link_of, self._space.part_of
+        crossed = self._rng.random(_count(link)) < self._crossover_rate  # "with some uniform (0,1) probability, do"
+        factor = self._rng.standard_normal(_count(part))  # N(0, 1)
+        omega = alpha_1 + factor[part] * (alpha_2 - alpha_3)
+        omega[rho] = omega[rho] >= 0.5  # rho <- 1, 0 otherwise
+        return np.where(crossed[link], omega, alpha_1)  # otherwise: as alpha_1
+
+    def _mutate(self, child: FloatArray) -> None:
+        """Step 3.4.3: in place, a unit at a time."""
+        rho, unit = self._space.is_switch, self._space.unit_of
+        mutated = (self._rng.random(_count(unit)) < self._mutation_rate)[unit]  # "with some uniform (0,1) probability"
+        noise = self._rng.standard_normal(np.count_nonzero(~rho)) * self._mutation_spread  # N(0, mutation_rate)
+        child[~rho & mutated] += noise[mutated[~rho]]  # omega <- omega + N(0, mutation_rate)
+        child[rho & mutated] = 1 - child[rho & mutated]  # rho <- 1 if it was 0, 0 otherwise
+
+
+def _representatives(genomes: FloatArray, costs: FloatArray) -> IntArray:
+    """Return the indices of those who share neither genome nor costs with a representative before them."""
+    genomes_seen: set[tuple[float, ...]] = set()
+    costs_seen: set[tuple[float, ...]] = set()
+    indices = []
+    for i, (genome, cost) in enumerate(zip(map(tuple, genomes.tolist()), map(tuple, costs.tolist()), strict=True)):
+        if genome not in genomes_seen and cost not in costs_seen:
+            genomes_seen.add(genome)
+            costs_seen.add(cost)
+            indices.append(i)
+    return np.array(indices, dtype=np.intp)
+
+
+def _count(numbers: IntArray) -> int:
+    """Return how many units, links or parts there are: they are numbered from 0."""
+    return int(numbers.max()) + 1
+
+
+def _require_number(name: str, value: object, low: float, high: float = math.inf) -> None:
+    if not isinstance(value, (int, float)) or not low <= value <= high or value == math.inf:
+        span = f"from {low} to {high}" if high < math.inf else f"of at least {low}"
+        raise ValueError(f"{name}: expected a number {span}, got {value!r}")
+
+
+def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")

@@ -1,0 +1,424 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""PDE against a second implementation, against the paper's steps one by one, and against the conformance kit."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from reference_pde import ReferencePDE
+from swarmevo.protocols import Block, GenomeSpace, SceneInfo
+from swarmevo.testing import CHROMOSOME, OptimiserTests
+from swarmevo_paper.network import FeedForwardNetwork
+from swarmevo_paper.pde import PDE
+
+SCENE = SceneInfo(robots=5, control_steps=10, control_period=0.1)
+PAPER = FeedForwardNetwork().space(SCENE)
+ONE_GENE = GenomeSpace((Block("weight", (1,)),))
+
+
+def generator(seed=1):
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+# ---- the conformance kit ---------------------------------------------------------------------------------------------
+
+
+class TestConformance(OptimiserTests):
+    def create(self, space, population, objectives, rng):
+        return PDE(space, population, objectives, rng)
+
+
+class TestConformanceOnce(OptimiserTests):
+    populations = (5,)
+
+    def create(self, space, population, objectives, rng):
+        return PDE(space, population, objectives, rng, reevaluate="once", mutation_rate=0.5)
+
+
+class TestConformanceRenewDominates(OptimiserTests):
+    populations = (5,)
+
+    def create(self, space, population, objectives, rng):
+        return PDE(space, population, objectives, rng, reevaluate="renew", acceptance="dominates")
+
+
+# ---- the second implementation ---------------------------------------------------------------------------------------
+
+
+def hidden_neurons(genomes, space):
+    return np.sum(genomes[:, space.is_switch], axis=1)
+
+
+def paper_like(genomes, space, generation):
+    return np.stack([np.sin(genomes).sum(axis=1), hidden_neurons(genomes, space)], axis=1)
+
+
+def noisy(genomes, space, generation):
+    noise = np.random.default_rng(generation).normal(size=len(genomes))
+    return np.stack([np.sin(genomes).sum(axis=1) + 3 * noise, hidden_neurons(genomes, space)], axis=1)
+
+
+def same_noise_for_all(genomes, space, generation):
+    noise = np.random.default_rng(generation).normal(size=genomes.shape[1])
+    return np.stack([np.sin(genomes + noise).sum(axis=1), hidden_neurons(genomes, space)], axis=1)
+
+
+def whole_numbers(genomes, space, generation):
+    return np.stack([np.floor(np.abs(genomes[:, 0]) * 2), hidden_neurons(genomes, space) // 2], axis=1)
+
+
+def noisy_whole_numbers(genomes, space, generation):
+    noise = np.random.default_rng(generation).integers(0, 2, (len(genomes), 2))
+    return whole_numbers(genomes, space, generation) + noise
+
+
+def constant(genomes, space, generation):
+    return np.full((len(genomes), 2), -1.5)
+
+
+def one_constant(genomes, space, generation):
+    return np.stack([np.zeros(len(genomes)), hidden_neurons(genomes, space)], axis=1)
+
+
+def conflicting(genomes, space, generation):
+    return np.stack([(genomes[:, 0] - 1) ** 2, (genomes[:, 0] + 1) ** 2], axis=1)
+
+
+def three(genomes, space, generation):
+    return np.column_stack([paper_like(genomes, space, generation), np.floor(np.abs(genomes[:, 1]))])
+
+
+RATES = [(0.7, 0.01, 0.01), (0.3, 0.2, 0.5), (0.0, 0.0, 0.0), (1.0, 1.0, 0.1)]
+
+
+@pytest.mark.parametrize("reevaluate", ["accumulate", "once", "renew"])
+@pytest.mark.parametrize("rates", RATES)
+@pytest.mark.parametrize(
+    "costs",
+    [
+        paper_like,
+        noisy,
+        same_noise_for_all,
+        whole_numbers,
+        noisy_whole_numbers,
+        constant,
+        one_constant,
+        conflicting,
+        three,
+    ],
+)
+def test_second_implementation_makes_the_same_children(costs, rates, reevaluate):
+    for population, hidden, seed in [(30, 15, 1), (4, 2, 2), (7, 3, 3)]:
+        space = FeedForwardNetwork(hidden).space(SCENE)
+        keywords = dict(zip(("crossover_rate", "mutation_rate", "mutation_spread"), rates, strict=True))
+        keywords["reevaluate"] = reevaluate
+        objectives = costs(np.zeros((1, space.size)), space, 0).shape[1]
+        ours, theirs = generator(seed), generator(seed)
+        pde = PDE(space, population, objectives, ours, **keywords)
+        reference = ReferencePDE(population, hidden, theirs, **keywords)
+        for generation in range(20):
+            genomes, expected = pde.ask(), reference.ask()
+            if len(expected) == 0:  # a front without room for children, retained without being evaluated again
+                break
+            np.testing.assert_array_equal(genomes, expected)
+            assert ours.bit_generator.state == theirs.bit_generator.state
+            values = costs(genomes, space, generation)
+            pde.tell(genomes, values)
+            reference.tell(values)
+
+
+@pytest.mark.parametrize("costs", [paper_like, noisy, same_noise_for_all, noisy_whole_numbers])
+def test_second_implementation_agrees_over_the_papers_hundred_generations(costs):
+    pde = PDE(PAPER, 30, 2, generator())
+    reference = ReferencePDE(30, 15, generator(), 0.7, 0.01, 0.01, "accumulate")
+    for generation in range(100):
+        genomes = pde.ask()
+        np.testing.assert_array_equal(genomes, reference.ask())
+        values = costs(genomes, PAPER, generation)
+        pde.tell(genomes, values)
+        reference.tell(values)
+
+
+# ---- step 2.0: the initial population --------------------------------------------------------------------------------
+
+
+def test_initial_weights_are_standard_normal_and_switches_fair():
+    genomes = PDE(PAPER, 400, 2, generator()).ask()
+    weights, switches = genomes[:, ~PAPER.is_switch], genomes[:, PAPER.is_switch]
+    assert weights.mean() == pytest.approx(0, abs=0.01)
+    assert weights.std() == pytest.approx(1, abs=0.01)
+    assert set(np.unique(switches)) == {0.0, 1.0}
+    assert switches.mean() == pytest.approx(0.5, abs=0.02)
+
+
+def test_draws_in_the_order_of_its_docstring():
+    pde, rng = PDE(PAPER, 6, 2, generator()), generator()
+    genomes = pde.ask()
+    np.testing.assert_array_equal(genomes[:, ~PAPER.is_switch], rng.standard_normal((6, 242)))
+    np.testing.assert_array_equal(genomes[:, PAPER.is_switch], rng.random((6, 15)) < 0.5)
+    pde.tell(genomes, np.array([[0, 5], [1, 4], [2, 3], [9, 9], [9, 8], [8, 9]], dtype=float))
+    for _ in range(3):
+        rng.choice(3, 3, replace=False)
+        rng.random(31)  # links: 15 hidden neurons' inputs, their 15 outputs, the output bias
+        rng.standard_normal(46)  # parts: the same, and 15 switches
+        rng.random(16)  # units: 15 hidden neurons, the output bias
+        rng.standard_normal(242)
+    assert pde.state()["rng"] == rng.bit_generator.state
+
+
+# ---- steps 3.1 to 3.3: who is retained -------------------------------------------------------------------------------
+
+
+def retained(costs, genomes=None, population=None, **options):
+    """Return which of the first generation are in the second, by index."""
+    costs = np.array(costs, dtype=float)
+    pde = PDE(ONE_GENE, len(costs), costs.shape[1], generator(), mutation_spread=1.0, **options)
+    if genomes is not None:
+        pde.restore({**pde.state(), "genomes": np.array(genomes, dtype=float)[:, np.newaxis]})
+    before = pde.ask()
+    pde.tell(before, costs)
+    state = pde.state()
+    count = np.count_nonzero(state["evaluations"])
+    kept = state["genomes"][:count]
+    evaluated = state["cost_sums"][:count]
+    rows = [tuple(row) for row in np.hstack([before, costs])]
+    return [rows.index(tuple(row)) for row in np.hstack([kept, evaluated])]
+
+
+def test_the_first_layer_is_retained_in_the_populations_order():
+    assert retained([[9, 9], [3, 1], [2, 2], [5, 5], [1, 3], [0, 9]]) == [1, 2, 4, 5]
+
+
+def test_too_small_a_first_layer_is_filled_up_from_the_next_layers_one_at_a_time():
+    assert retained([[3, 3], [2, 5], [5, 2], [1, 1], [3, 4]]) == [0, 1, 3]
+
+
+def test_the_third_layer_follows_the_second():
+    assert retained([[4, 4], [3, 3], [2, 2], [1, 1]]) == [1, 2, 3]
+
+
+def test_equal_costs_have_one_representative():
+    assert retained([[1, 2], [1, 2], [2, 1], [3, 3], [2, 1], [4, 4]]) == [0, 2, 3]
+
+
+def test_equal_genomes_have_one_representative():
+    assert retained([[1, 9], [2, 8], [3, 7], [4, 6], [5, 5]], genomes=[7, 7, 1, 2, 3]) == [0, 2, 3, 4]
+
+
+def test_who_shares_with_no_representative_is_one():
+    # 1 has the genome of 0 and is none; so 2, with the costs of 1, is.
+    assert retained([[1, 9], [2, 8], [2, 8], [4, 6], [9, 9]], genomes=[7, 7, 1, 2, 3]) == [0, 2, 3]
+
+
+def test_duplicates_are_retained_only_to_make_three():
+    assert retained([[1, 1], [1, 1], [2, 2], [1, 1]]) == [0, 1, 2]
+    assert retained([[1, 1], [1, 1], [1, 1], [1, 1], [1, 1]]) == [0, 1, 2]
+
+
+def test_population_does_not_fill_up_with_duplicates():
+    pde = PDE(CHROMOSOME, 12, 2, generator(), crossover_rate=0.0, mutation_rate=0.0)  # every child is a duplicate
+    for generation in range(20):
+        genomes = pde.ask()
+        pde.tell(genomes, paper_like(genomes, CHROMOSOME, generation))
+    assert np.count_nonzero(pde.state()["evaluations"]) < 12
+
+
+def test_retained_are_the_front_of_the_distinct_or_three():
+    rng = np.random.default_rng(5)
+    for objectives in (1, 2, 3):
+        costs = rng.integers(0, 6, (30, objectives)).astype(float)
+        unique = sorted(np.unique(costs, axis=0, return_index=True)[1])
+        front = [i for i in unique if not any(np.all(c <= costs[i]) and np.any(c < costs[i]) for c in costs)]
+        got = retained(costs)
+        assert [i for i in got if i in front] == front
+        assert len(got) == max(3, len(front))
+
+
+# ---- step 3.4: children ----------------------------------------------------------------------------------------------
+
+
+def breed(space=CHROMOSOME, population=400, **options):
+    """Return three parents and their many children, and each child's main parent."""
+    pde = PDE(space, population, 2, generator(), **options)
+    costs = np.full((population, 2), 9.0)
+    costs[:3] = [[0, 2], [1, 1], [2, 0]]
+    pde.tell(pde.ask(), costs)
+    state = pde.state()
+    assert np.all(state["main_parents"][:3] == -1)
+    return state["genomes"][:3], state["genomes"][3:], state["main_parents"][3:]
+
+
+def test_without_crossover_and_mutation_a_child_is_its_main_parent():
+    parents, children, main = breed(crossover_rate=0.0, mutation_rate=0.0)
+    np.testing.assert_array_equal(children, parents[main])
+
+
+def test_every_parent_is_main_parent_about_as_often():
+    _, _, main = breed()
+    assert np.all(np.bincount(main) / len(main) > 0.28)
+
+
+def test_a_part_shares_one_factor_and_parts_have_their_own():
+    parents, children, main = breed(crossover_rate=1.0, mutation_rate=0.0)
+    real = ~CHROMOSOME.is_switch
+    others = parents[(main + 1) % 3] - parents[(main + 2) % 3]  # or its negative: the factor's sign is free
+    factors = (children - parents[main])[:, real] / others[:, real]
+    part = CHROMOSOME.part_of[real]
+    means = np.stack([factors[:, part == i].mean(axis=1) for i in np.unique(part)], axis=1)
+    np.testing.assert_allclose(factors, means[:, np.searchsorted(np.unique(part), part)], atol=1e-9)
+    assert means.std() == pytest.approx(1, abs=0.05)
+    assert np.abs(np.corrcoef(means, rowvar=False) - np.eye(means.shape[1])).max() < 0.25
+
+
+def test_links_cross_over_at_their_rate_and_as_wholes():
+    parents, children, main = breed(mutation_rate=0.0)
+    real = ~CHROMOSOME.is_switch
+    crossed = (children != parents[main])[:, real]
+    link = CHROMOSOME.link_of[real]
+    for i in np.unique(link):
+        assert np.all(crossed[:, link == i] == crossed[:, link == i][:, :1])
+    assert crossed.mean() == pytest.approx(0.7, abs=0.03)
+
+
+def test_a_switch_goes_with_its_neurons_inputs():
+    parents, children, main = breed(crossover_rate=0.5, mutation_rate=0.0)
+    blocks, before = CHROMOSOME.split(children), CHROMOSOME.split(parents[main])
+    kept = np.all(blocks["input_hidden"] == before["input_hidden"], axis=2)
+    assert np.all((blocks["hidden_switch"] == before["hidden_switch"])[kept])
+
+
+def test_switches_stay_switches():
+    _, children, _ = breed(crossover_rate=1.0, mutation_rate=0.5)
+    assert set(np.unique(children[:, CHROMOSOME.is_switch])) == {0.0, 1.0}
+
+
+def test_a_switch_is_on_from_one_half():
+    # Parents on, on, off: a1 + factor (a2 - a3) is 1 with a factor of no effect, or 1 +- factor, or 0 + factor * 0.
+    space = GenomeSpace((Block("switch", (1,), "switch"), Block("weight", (1,))))
+    pde = PDE(space, 2000, 2, generator(), crossover_rate=1.0, mutation_rate=0.0)
+    state = pde.state()
+    state["genomes"][:3, 0] = [1, 1, 0]
+    pde.restore(state)
+    costs = np.full((2000, 2), 9.0)
+    costs[:3] = [[0, 2], [1, 1], [2, 0]]
+    pde.tell(pde.ask(), costs)
+    after = pde.state()
+    on, main = after["genomes"][3:, 0], after["main_parents"][3:]
+    assert not np.any(on[main == 2])  # 0 + factor * (1 - 1)
+    assert on[main < 2].mean() == pytest.approx(0.6915, abs=0.03)  # P(1 + N(0, 1) >= 0.5)
+
+
+def test_units_mutate_at_their_rate_and_as_wholes():
+    parents, children, main = breed(crossover_rate=0.0, mutation_rate=0.2, mutation_spread=0.3)
+    changed = children != parents[main]
+    unit = CHROMOSOME.unit_of
+    for i in np.unique(unit):
+        assert np.all(changed[:, unit == i] == changed[:, unit == i][:, :1])
+    assert changed.mean() == pytest.approx(0.2, abs=0.03)
+    steps = (children - parents[main])[changed & ~CHROMOSOME.is_switch]
+    assert steps.std() == pytest.approx(0.3, abs=0.02)
+    assert steps.mean() == pytest.approx(0.0, abs=0.02)
+
+
+def test_mutation_flips_switches():
+    parents, children, main = breed(crossover_rate=0.0, mutation_rate=1.0, mutation_spread=0.0)
+    np.testing.assert_array_equal(children[:, CHROMOSOME.is_switch], 1 - parents[main][:, CHROMOSOME.is_switch])
+
+
+def test_individual_genomes_of_a_team_vary_apart():
+    team = CHROMOSOME.tile(3)
+    parents, children, main = breed(team, crossover_rate=0.0, mutation_rate=0.3, mutation_spread=0.1)
+    changed = np.any((children != parents[main]).reshape(-1, 3, CHROMOSOME.size)[:, :, CHROMOSOME.unit_of == 0], axis=2)
+    assert np.mean(changed[:, 0] & ~changed[:, 1]) > 0
+
+
+# ---- options ---------------------------------------------------------------------------------------------------------
+
+
+def one_generation(pde, costs):
+    genomes = pde.ask()
+    pde.tell(genomes, np.array(costs, dtype=float))
+    return pde.state()
+
+
+FIRST = [[0, 2], [1, 1], [2, 0], [9, 9], [9, 9]]
+SECOND = [[0, 4], [3, 3], [4, 0], [2.5, 2.5], [9, 9]]
+
+
+def test_accumulate_judges_by_the_mean_of_all_evaluations():
+    pde = PDE(ONE_GENE, 5, 2, generator(), mutation_rate=1.0)
+    one_generation(pde, FIRST)
+    assert len(pde.ask()) == 5
+    state = one_generation(pde, SECOND)
+    np.testing.assert_array_equal(state["cost_sums"][:3], [[0, 6], [4, 4], [6, 0]])  # (2, 2) dominates the child
+    assert state["evaluations"].tolist() == [2, 2, 2, 0, 0]
+
+
+def test_renew_judges_by_the_newest_evaluation():
+    pde = PDE(ONE_GENE, 5, 2, generator(), mutation_rate=1.0, reevaluate="renew")
+    one_generation(pde, FIRST)
+    assert len(pde.ask()) == 5
+    state = one_generation(pde, SECOND)
+    np.testing.assert_array_equal(state["cost_sums"][:3], [[0, 4], [4, 0], [2.5, 2.5]])  # the child dominates (3, 3)
+    assert state["evaluations"].tolist() == [1, 1, 1, 0, 0]
+
+
+def test_once_asks_for_children_alone():
+    pde = PDE(ONE_GENE, 5, 2, generator(), mutation_rate=1.0, reevaluate="once")
+    one_generation(pde, FIRST)
+    children = pde.state()["genomes"][3:]
+    np.testing.assert_array_equal(pde.ask(), children)
+    state = one_generation(pde, SECOND[3:])
+    np.testing.assert_array_equal(state["cost_sums"][:3], FIRST[:3])
+
+
+def test_once_asks_for_everybody_where_there_are_no_children():
+    pde = PDE(ONE_GENE, 4, 2, generator(), reevaluate="once")
+    one_generation(pde, [[0, 3], [1, 2], [2, 1], [3, 0]])
+    assert len(pde.ask()) == 4
+
+
+@pytest.mark.parametrize(("acceptance", "survives"), [("always", True), ("dominates", False)])
+def test_acceptance_decides_on_children_that_do_not_dominate_their_main_parent(acceptance, survives):
+    pde = PDE(ONE_GENE, 4, 2, generator(), acceptance=acceptance, mutation_rate=1.0)
+    state = one_generation(pde, [[0, 4], [2, 2], [4, 0], [9, 9]])
+    child, main = state["genomes"][3], state["main_parents"][3]
+    costs = np.array([[0, 4], [2, 2], [4, 0], [0, 0]], dtype=float)
+    costs[3] = costs[main] + [-0.5, 0.5]  # better in one, worse in the other
+    state = one_generation(pde, costs)
+    assert (child in state["genomes"]) == survives
+
+
+def test_acceptance_keeps_a_child_that_dominates_its_main_parent():
+    pde = PDE(ONE_GENE, 4, 2, generator(), acceptance="dominates", mutation_rate=1.0)
+    state = one_generation(pde, [[0, 4], [2, 2], [4, 0], [9, 9]])
+    child, main = state["genomes"][3], state["main_parents"][3]
+    costs = np.array([[0, 4], [2, 2], [4, 0], [0, 0]], dtype=float)
+    costs[3] = costs[main] - [0.5, 0.0]
+    assert child in one_generation(pde, costs)["genomes"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"crossover_rate": 1.1}, "crossover_rate: expected a number from 0 to 1, got 1.1"),
+        ({"mutation_rate": -0.1}, "mutation_rate: expected a number from 0 to 1, got -0.1"),
+        ({"mutation_rate": float("nan")}, "mutation_rate: expected a number from 0 to 1, got nan"),
+        ({"mutation_rate": "1 %"}, "mutation_rate: expected a number from 0 to 1, got '1 %'"),
+        ({"mutation_spread": -1.0}, "mutation_spread: expected a number of at least 0, got -1.0"),
+        ({"mutation_spread": float("inf")}, "mutation_spread: expected a number of at least 0, got inf"),
+        ({"reevaluate": "never"}, "reevaluate: expected one of accumulate, once, renew, got 'never'"),
+        ({"acceptance": "maybe"}, "acceptance: expected one of always, dominates, got 'maybe'"),
+    ],
+)
+def test_wrong_options_are_one_clear_line(options, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        PDE(CHROMOSOME, 10, 2, generator(), **options)
+
+
+def test_three_individuals_are_too_few():
+    with pytest.raises(ValueError, match="population: expected a number of at least 4, got 3"):
+        PDE(CHROMOSOME, 3, 2, generator())
