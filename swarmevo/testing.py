@@ -1,0 +1,490 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A conformance kit for authors of plugins: what every optimiser, controller and fitness must do.
+
+In a test file of the plugin, inherit the tests and say how the plugin is made; pytest finds the rest::
+
+    from swarmevo.testing import OptimiserTests
+
+    class TestHillClimber(OptimiserTests):
+        def create(self, space, population, objectives, rng):
+            return HillClimber(space, population, objectives, rng, spread=0.1)
+
+Without pytest, ``failures(TestHillClimber())`` runs the tests and returns what went wrong.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from swarmevo.protocols import (
+    CHANNELS,
+    COMMANDS,
+    OBSERVATIONS,
+    Block,
+    Compiled,
+    Controller,
+    FeedForward,
+    Fitness,
+    FloatArray,
+    GenomeSpace,
+    NativeController,
+    NativePolicies,
+    Optimiser,
+    PythonController,
+    SceneInfo,
+    Telemetry,
+)
+
+Array = TypeVar("Array", bound=np.ndarray[Any, Any])
+
+CHROMOSOME = GenomeSpace(
+    (
+        Block("input_hidden", (4, 3), units="hidden", linked="input"),
+        Block("hidden_output", (2, 5), unit_axis=1, units="hidden", linked="output"),
+        Block("hidden_switch", (4,), "switch", units="hidden", linked="input"),
+    )
+)
+"""A small network, as the built-in controller lays it out."""
+
+SPACES = (CHROMOSOME, GenomeSpace((Block("weights", (7,)),)), CHROMOSOME.tile(2))
+"""Genomes that an optimiser must be able to drive: with and without switches, and of a team."""
+
+
+def failures(tests: object) -> list[str]:
+    """Run every ``test_`` method of ``tests`` and return one line for each that fails."""
+    lines = []
+    for name in sorted(name for name in dir(tests) if name.startswith("test_")):
+        try:
+            getattr(tests, name)()
+        except Exception as error:
+            lines.append(f"{name}: {error or type(error).__name__}")
+    return lines
+
+
+def random_genomes(space: GenomeSpace, n: int, seed: int = 0) -> FloatArray:
+    """Return ``(n, size)``: real genes from N(0, 1), switches on or off."""
+    rng = np.random.default_rng(seed)
+    genomes = rng.standard_normal((n, space.size))
+    genomes[:, space.is_switch] = rng.random((n, int(space.is_switch.sum()))) < 0.5
+    return genomes
+
+
+def random_telemetry(
+    channels: Sequence[str], episodes: int, steps: int = 20, robots: int = 5, seed: int = 0
+) -> Telemetry:
+    """Return telemetry of no real episode, every value in its range; without the channels not asked for."""
+    rng = np.random.default_rng(seed)
+    ranges = {"pose": (-0.5, 0.5), "command": (-1.0, 1.0), "rf": (1.0, 50.0), "box": (-0.5, 0.5)}
+
+    def draw(name: str) -> FloatArray:
+        shape = [robots if axis == "robots" else int(axis) for axis in CHANNELS[name]]
+        values = rng.uniform(*ranges.get(name, (0.0, 1.0)), size=(episodes, steps, *shape))
+        return np.round(values) if name == "box_contact" else values
+
+    def some_time(*shape: int) -> FloatArray:
+        return np.where(rng.random(shape) < 0.5, np.nan, rng.uniform(0.0, 0.1 * steps, shape))
+
+    recorded = {name: _frozen(draw(name)) for name in channels}
+    return Telemetry(0.1, _frozen(some_time(episodes, robots)), _frozen(some_time(episodes)), **recorded)
+
+
+# ---- optimisers ------------------------------------------------------------------------------------------------------
+
+
+class Case(NamedTuple):
+    """What an optimiser is created for."""
+
+    space: GenomeSpace
+    population: int
+    objectives: int
+
+
+class OptimiserTests:
+    """Tests that every optimiser must pass. Override :meth:`create`, and what the optimiser is meant for."""
+
+    spaces: Sequence[GenomeSpace] = SPACES
+    populations: Sequence[int] = (4, 5, 30)
+    objectives: Sequence[int] = (1, 2, 3)
+
+    def create(self, space: GenomeSpace, population: int, objectives: int, rng: np.random.Generator) -> Optimiser:
+        """Return a new optimiser."""
+        raise NotImplementedError("create: expected an override that returns the optimiser to test")
+
+    def test_has_the_methods_of_an_optimiser(self) -> None:
+        """It has ask, tell, state and restore."""
+        optimiser = self._create(next(self._cases()))
+        _require(isinstance(optimiser, Optimiser), "optimiser: expected the methods ask, tell, state and restore")
+
+    def test_asks_for_genomes(self) -> None:
+        """It asks for at least one genome of the right length, every gene a finite float64."""
+        for case in self._cases():
+            _run(self._create(case), case, random_costs, 4)
+
+    def test_same_rng_same_run(self) -> None:
+        """The same RNG and the same costs give the same genomes, ties among the costs or not."""
+        for case in self._cases():
+            for costs in COSTS:
+                one, two = (_run(self._create(case), case, costs, 6) for _ in range(2))
+                _require_equal_runs(one, two, f"a second run from the same RNG, with {_title(costs)}")
+
+    def test_continues_from_its_state(self) -> None:
+        """A fresh optimiser with another RNG continues from a state that went through JSON."""
+        for case in self._cases():
+            for costs in COSTS:
+                interrupted = self._create(case)
+                _run(interrupted, case, costs, 3)
+                stored = _to_json(interrupted.state())
+                expected = _run(interrupted, case, costs, 4, start=3)
+                resumed = self._create(case, seed=2)
+                resumed.restore(_from_json(stored))
+                continued = _run(resumed, case, costs, 4, start=3)
+                _require_equal_runs(expected, continued, f"the run continued from a state, with {_title(costs)}")
+
+    def test_state_before_the_first_generation(self) -> None:
+        """A state taken before anything was asked restores a run from its start."""
+        for case in self._cases():
+            optimiser = self._create(case)
+            stored = _to_json(optimiser.state())
+            resumed = self._create(case, seed=2)
+            resumed.restore(_from_json(stored))
+            one, two = (_run(each, case, random_costs, 3) for each in (optimiser, resumed))
+            _require_equal_runs(one, two, "the run restored to its start")
+
+    def test_state_is_a_snapshot(self) -> None:
+        """A state does not change while the run goes on."""
+        for case in self._cases():
+            optimiser = self._create(case)
+            _run(optimiser, case, random_costs, 2)
+            state = optimiser.state()
+            before = _to_json(state)
+            _run(optimiser, case, random_costs, 2, start=2)
+            _require(_to_json(state) == before, "state: expected a copy, but it changed while the run went on")
+
+    def test_leaves_the_callers_arrays_alone(self) -> None:
+        """It neither writes to the arrays it is told nor relies on what becomes of them afterwards."""
+        for case in self._cases():
+            expected = _run(self._create(case), case, random_costs, 4)
+            optimiser = self._create(case)
+            for generation, genomes in enumerate(expected):
+                asked, told = optimiser.ask(), _frozen(genomes.copy())
+                costs = _frozen(random_costs(genomes, case.objectives, generation))
+                _require(np.array_equal(asked, genomes), "ask, tell: expected copies, but a caller's array is in use")
+                optimiser.tell(told, costs)
+                for array in (asked, told, costs):
+                    _scribble(array)
+
+    def test_uses_no_other_randomness(self) -> None:
+        """It leaves the global RNGs of Python and NumPy alone."""
+        for case in self._cases():
+            before = random.getstate(), _to_json(np.random.get_state(legacy=False))
+            _run(self._create(case), case, random_costs, 3)
+            after = random.getstate(), _to_json(np.random.get_state(legacy=False))
+            _require(before == after, "rng: expected no randomness but the generator's, but a global RNG was used")
+
+    def _create(self, case: Case, seed: int = 1) -> Optimiser:
+        return self.create(*case, np.random.Generator(np.random.PCG64(seed)))
+
+    def _cases(self) -> Iterator[Case]:
+        for space in self.spaces:
+            for population in self.populations:
+                for objectives in self.objectives:
+                    yield Case(space, population, objectives)
+
+
+Costs = Callable[[FloatArray, int, int], FloatArray]
+"""``costs(genomes, objectives, generation) -> (n, objectives)``"""
+
+
+def random_costs(genomes: FloatArray, objectives: int, generation: int) -> FloatArray:
+    """Return noisy costs without ties."""
+    noise = np.random.default_rng(generation).random((len(genomes), objectives))
+    return np.add(np.mean(np.abs(genomes), axis=1, keepdims=True), noise)
+
+
+def integer_costs(genomes: FloatArray, objectives: int, generation: int) -> FloatArray:
+    """Return whole numbers, many of them equal."""
+    return np.stack([np.floor(2 * np.abs(genomes[:, i])) for i in range(objectives)], axis=1)
+
+
+def constant_costs(genomes: FloatArray, objectives: int, generation: int) -> FloatArray:
+    """Return zeros: any order that is not decided by the optimiser itself shows."""
+    return np.zeros((len(genomes), objectives))
+
+
+COSTS: tuple[Costs, ...] = (random_costs, integer_costs, constant_costs)
+
+
+def _run(optimiser: Optimiser, case: Case, costs: Costs, n: int, start: int = 0) -> list[FloatArray]:
+    """Drive ``optimiser`` for ``n`` generations and return what it asked for, each ``(any, size)``."""
+    asked = []
+    for generation in range(start, start + n):
+        genomes = optimiser.ask()
+        _require_array("ask", genomes, (None, case.space.size))
+        _require(len(genomes) >= 1, "ask: expected at least one genome, got none")
+        asked.append(genomes.copy())
+        optimiser.tell(genomes, costs(genomes, case.objectives, generation))
+    return asked
+
+
+def _require_equal_runs(expected: list[FloatArray], got: list[FloatArray], what: str) -> None:
+    for i, (one, two) in enumerate(zip(expected, got, strict=True)):
+        _require(np.array_equal(one, two), f"ask: expected the same genomes from {what}; the call {i + 1} differs")
+
+
+def _title(costs: Costs) -> str:
+    return str(getattr(costs, "__name__", costs)).replace("_", " ")
+
+
+# ---- controllers -----------------------------------------------------------------------------------------------------
+
+
+class ControllerTests:
+    """Tests that every controller must pass. Override :meth:`create`."""
+
+    scene = SceneInfo(robots=5, control_steps=20, control_period=0.1)
+
+    def create(self) -> Controller:
+        """Return a new controller."""
+        raise NotImplementedError("create: expected an override that returns the controller to test")
+
+    def test_has_the_methods_of_a_controller(self) -> None:
+        """It is a controller, and either a native or a Python one."""
+        controller = self.create()
+        _require(isinstance(controller, Controller), "controller: expected the methods space and complexity")
+        kinds = isinstance(controller, NativeController) + isinstance(controller, PythonController)
+        _require(kinds == 1, "controller: expected either policies(), or start() and act()")
+
+    def test_lays_out_a_genome(self) -> None:
+        """Its space has well-formed blocks, and is the same whenever it is asked."""
+        space = self.create().space(self.scene)
+        names = [block.name for block in space.blocks]
+        _require(len(set(names)) == len(names), f"space: expected unique block names, got {names}")
+        for block in space.blocks:
+            _require(block.kind in ("real", "switch"), f"space: block {block.name}: unknown kind {block.kind!r}")
+            _require(all(n >= 0 for n in block.shape), f"space: block {block.name}: negative shape {block.shape}")
+            inside = 0 <= block.unit_axis < len(block.shape)
+            _require(inside, f"space: block {block.name}: expected a unit_axis of {block.shape}, got {block.unit_axis}")
+        _require(space.size >= 1, "space: expected at least one gene, got none")
+        _require(self.create().space(self.scene) == space, "space: expected the same space in every call")
+
+    def test_tells_complexity(self) -> None:
+        """Complexity is a finite number for each genome, whatever genomes stand beside it."""
+        controller, genomes = self._controller_and_genomes(6)
+        complexity = controller.complexity(genomes)
+        _require_array("complexity", complexity, (6,))
+        _require(bool(np.all(complexity >= 0)), "complexity: expected no negative number")
+        single = np.concatenate([controller.complexity(genomes[i : i + 1]) for i in range(6)])
+        _require(np.array_equal(complexity, single), "complexity: expected the same for a genome on its own")
+
+    def test_makes_native_policies(self) -> None:
+        """A native controller makes one sound policy of each genome, whatever genomes stand beside it."""
+        controller, genomes = self._controller_and_genomes(6)
+        if not isinstance(controller, NativeController):
+            return
+        policies = controller.policies(genomes)
+        _require(len(policies) == 6, f"policies: expected one for each of 6 genomes, got {len(policies)}")
+        _require_sound_policies(policies)
+        single = np.concatenate([_parameters(controller.policies(genomes[i : i + 1])) for i in range(6)])
+        _require(np.array_equal(_parameters(policies), single), "policies: expected the same for a genome on its own")
+
+    def test_acts(self) -> None:
+        """A Python controller's commands have their shape and range."""
+        for commands in self._act(worlds=slice(None)):
+            _require_array("act", commands, (4, self.scene.robots, COMMANDS))
+            _require(bool(np.all(np.abs(commands) <= 1)), "act: expected commands in [-1, 1]")
+
+    def test_acts_the_same_in_every_batch(self) -> None:
+        """A world's commands do not depend on the worlds beside it: results must not depend on the chunking."""
+        everybody = self._act(worlds=slice(None))
+        for world in range(4):
+            alone = self._act(worlds=slice(world, world + 1))
+            same = all(np.array_equal(one[world : world + 1], two) for one, two in zip(everybody, alone, strict=True))
+            _require(same, "act: expected the same bits for a world on its own")
+
+    def test_start_forgets(self) -> None:
+        """An episode does not depend on the one before."""
+        controller, _ = self._controller_and_genomes(1)
+        first, second = (self._act(worlds=slice(None), controller=controller) for _ in range(2))
+        same = all(np.array_equal(one, two) for one, two in zip(first, second, strict=True))
+        _require(same, "start: expected it to forget the episode before")
+
+    def _controller_and_genomes(self, n: int) -> tuple[Controller, FloatArray]:
+        controller = self.create()
+        return controller, _frozen(random_genomes(controller.space(self.scene), n))
+
+    def _act(self, worlds: slice, controller: Controller | None = None) -> list[FloatArray]:
+        """Return the commands of an episode in some of four worlds; none if the controller is not a Python one."""
+        controller = controller or self.create()
+        if not isinstance(controller, PythonController):
+            return []
+        space, robots = controller.space(self.scene), self.scene.robots
+        genomes = random_genomes(space, 4 * robots).reshape(4, robots, space.size)
+        observations = np.random.default_rng(0).random((self.scene.control_steps, 4, robots, OBSERVATIONS))
+        controller.start(_frozen(genomes[worlds].copy()))
+        return [controller.act(_frozen(step[worlds].copy())).copy() for step in observations]
+
+
+def _require_sound_policies(policies: NativePolicies) -> None:
+    if isinstance(policies, Compiled):
+        _require(policies.function != 0, "policies: expected the function's address, got 0")
+        _require(policies.memory >= 0, f"policies: expected memory of at least 0 doubles, got {policies.memory}")
+        _require_array("policies: parameters", policies.parameters, (len(policies), None))
+        return
+    n, hidden = policies.hidden_switch.shape
+    _require(policies.hidden_switch.dtype == np.bool_, "policies: hidden_switch: expected booleans")
+    _require_array("policies: input_hidden", policies.input_hidden, (n, hidden, OBSERVATIONS + policies.bias))
+    _require_array("policies: hidden_output", policies.hidden_output, (n, COMMANDS, hidden + policies.bias))
+
+
+def _parameters(policies: NativePolicies) -> FloatArray:
+    """Return all numbers of each policy, ``(n, numbers)``."""
+    if isinstance(policies, FeedForward):
+        arrays = (policies.input_hidden, policies.hidden_output, policies.hidden_switch.astype(np.float64))
+        return np.concatenate([array.reshape(len(policies), -1) for array in arrays], axis=1)
+    return policies.parameters
+
+
+# ---- fitness ---------------------------------------------------------------------------------------------------------
+
+
+class SwitchCounter:
+    """A controller that can do no more than count the switches that are on."""
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        """Return a network's layout."""
+        return CHROMOSOME
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        """Return ``(n,)``: switches that are on, at most 4."""
+        return np.asarray((genomes[:, CHROMOSOME.is_switch] >= 0.5).sum(axis=1), dtype=np.float64)
+
+
+class FitnessTests:
+    """Tests that every fitness must pass. Override :meth:`create`, and :meth:`controller` if it needs a certain one."""
+
+    scene = SceneInfo(robots=5, control_steps=200, control_period=0.1)
+
+    def create(self) -> Fitness:
+        """Return a new fitness."""
+        raise NotImplementedError("create: expected an override that returns the fitness to test")
+
+    def controller(self) -> Controller:
+        """Return the controller whose genomes are judged."""
+        return SwitchCounter()
+
+    def test_has_the_members_of_a_fitness(self) -> None:
+        """It has objectives, channels and evaluate."""
+        _require(isinstance(self.create(), Fitness), "fitness: expected objectives, channels and evaluate")
+
+    def test_names_its_objectives(self) -> None:
+        """It has objectives, each with a name, a direction and a finite range."""
+        objectives = self.create().objectives
+        names = [objective.name for objective in objectives]
+        _require(len(names) >= 1, "objectives: expected at least one, got none")
+        _require(len(set(names)) == len(names), f"objectives: expected unique names, got {names}")
+        for name, objective in zip(names, objectives, strict=True):
+            known = objective.direction in ("maximise", "minimise")
+            _require(known, f"objective {name}: expected maximise or minimise, got {objective.direction!r}")
+            low, high = objective.range
+            ordered = math.isfinite(low) and math.isfinite(high) and low < high
+            _require(ordered, f"objective {name}: expected a finite range (low, high), got {objective.range}")
+
+    def test_names_its_channels(self) -> None:
+        """It asks for channels that exist."""
+        unknown = set(self.create().channels) - set(CHANNELS)
+        _require(not unknown, f"channels: expected some of {', '.join(CHANNELS)}; got {', '.join(sorted(unknown))}")
+
+    def test_judges_episodes(self) -> None:
+        """It returns a finite float64 in the objective's range for each episode and objective."""
+        fitness = self.create()
+        values = self._evaluate(fitness, range(7))
+        _require_array("evaluate", values, (7, len(fitness.objectives)))
+        for objective, column in zip(fitness.objectives, values.T, strict=True):
+            (low, high), slack = objective.range, 1e-9 * (objective.range[1] - objective.range[0])
+            inside = bool(np.all((low - slack <= column) & (column <= high + slack)))
+            _require(inside, f"evaluate: expected {objective.name} in {objective.range}, got {column}")
+
+    def test_judges_an_episode_the_same_in_every_batch(self) -> None:
+        """An episode's value does not depend on the episodes beside it, to the last bit."""
+        fitness = self.create()
+        values = self._evaluate(fitness, range(7))
+        for batch in ([0], [3], [6, 5, 4, 3, 2, 1, 0], [2, 4]):
+            same = np.array_equal(self._evaluate(fitness, batch), values[batch])
+            _require(same, f"evaluate: expected the same bits for the episodes {batch} of 7 on their own")
+
+    def _evaluate(self, fitness: Fitness, batch: Sequence[int]) -> FloatArray:
+        """Judge some of seven episodes, all arrays read-only."""
+        controller, rows = self.controller(), list(batch)
+        everything = random_telemetry(fitness.channels, 7, self.scene.control_steps, self.scene.robots)
+        channels = {name: _frozen(getattr(everything, name)[rows]) for name in fitness.channels}
+        homing, push = _frozen(everything.homing_time[rows]), _frozen(everything.push_time[rows])
+        genomes = _frozen(random_genomes(controller.space(self.scene), 7)[rows])
+        return fitness.evaluate(Telemetry(everything.control_period, homing, push, **channels), genomes, controller)
+
+
+# ---- checks ----------------------------------------------------------------------------------------------------------
+
+
+def _require(condition: bool, message: str) -> None:
+    """Fail a test; unlike ``assert`` also under ``python -O``, and with the message alone."""
+    if not condition:
+        raise AssertionError(message)
+
+
+def _require_array(what: str, array: object, shape: tuple[int | None, ...]) -> None:
+    """Require a finite float64 array; ``None`` in ``shape`` is any length."""
+    expected = "(" + ", ".join("n" if n is None else str(n) for n in shape) + ")"
+    _require(isinstance(array, np.ndarray), f"{what}: expected an array {expected}, got {type(array).__name__}")
+    values = np.asarray(array)
+    fits = values.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, values.shape, strict=True))
+    _require(fits, f"{what}: expected the shape {expected}, got {values.shape}")
+    _require(values.dtype == np.float64, f"{what}: expected float64, got {values.dtype}")
+    _require(bool(np.all(np.isfinite(values))), f"{what}: expected finite numbers, got NaN or infinity")
+
+
+def _frozen(array: Array) -> Array:
+    array.setflags(write=False)
+    return array
+
+
+def _scribble(array: FloatArray) -> None:
+    if array.base is None:
+        array.setflags(write=True)
+    if array.flags.writeable:
+        array.fill(np.nan)
+
+
+def _to_json(state: object) -> str:
+    """Return ``state`` as JSON; fail on anything that is not a number, string, None, array, dict or list."""
+    return json.dumps(_plain(state, "state"))
+
+
+def _plain(value: object, where: str) -> object:
+    if isinstance(value, np.generic):
+        return _plain(value.item(), where)
+    if value is None or type(value) in (bool, int, float, str):
+        return value
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+        return {"array": value.tolist(), "dtype": value.dtype.str, "shape": value.shape}
+    if isinstance(value, Mapping):
+        _require(all(type(key) is str for key in value), f"{where}: expected strings as keys, got {list(value)}")
+        return {key: _plain(item, f"{where}[{key!r}]") for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item, f"{where}[{i}]") for i, item in enumerate(value)]
+    kind = f"{type(value).__module__}.{type(value).__name__}"
+    raise AssertionError(f"{where}: expected a number, string, None, array, dict or list, got {kind}")
+
+
+def _from_json(text: str) -> Any:
+    def decode(item: dict[str, Any]) -> Any:
+        if set(item) == {"array", "dtype", "shape"}:
+            return np.array(item["array"], dtype=item["dtype"]).reshape(item["shape"])
+        return item
+
+    return json.loads(text, object_hook=decode)

@@ -1,0 +1,442 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The conformance kit: sound plugins pass, each kind of broken plugin is caught and told why."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+from swarmevo.protocols import CHANNELS, Block, Compiled, FeedForward, GenomeSpace, Objective, SceneInfo
+from swarmevo.testing import (
+    CHROMOSOME,
+    ControllerTests,
+    FitnessTests,
+    OptimiserTests,
+    SwitchCounter,
+    failures,
+    random_genomes,
+    random_telemetry,
+)
+from swarmevo_paper.fitness import BoxPushing
+
+# ---- plugins that pass -----------------------------------------------------------------------------------------------
+
+
+class RandomSearch:
+    """Asks for random genomes and keeps the best."""
+
+    def __init__(self, space, population, objectives, rng):
+        self.shape, self.rng, self.best = (population, space.size), rng, None
+
+    def ask(self):
+        genomes = self.rng.standard_normal(self.shape)
+        if self.best is not None:
+            genomes[0] = self.best
+        return genomes
+
+    def tell(self, genomes, costs):
+        self.best = genomes[np.argmin(costs[:, 0])].copy()
+
+    def state(self):
+        return {"best": self.best, "rng": self.rng.bit_generator.state}
+
+    def restore(self, state):
+        self.best = state["best"]
+        self.rng.bit_generator.state = state["rng"]
+
+
+class Reflex:
+    """A Python controller with memory: two weights for each wheel, a running mean of the RF strength."""
+
+    def space(self, scene):
+        return GenomeSpace((Block("weights", (2, 2)),))
+
+    def complexity(self, genomes):
+        return np.zeros(len(genomes))
+
+    def start(self, genomes):
+        self.weights, self.memory = genomes.reshape(*genomes.shape[:2], 2, 2).copy(), np.zeros(genomes.shape[:2])
+
+    def act(self, observations):
+        self.memory = 0.9 * self.memory + 0.1 * observations[..., -1]
+        return np.tanh(self.weights[..., 0] * self.memory[..., None] + self.weights[..., 1])
+
+
+class Machine:
+    """A native controller with a compiled function, as far as one can tell from Python."""
+
+    def space(self, scene):
+        return GenomeSpace((Block("weights", (4,)),))
+
+    def complexity(self, genomes):
+        return np.zeros(len(genomes))
+
+    def policies(self, genomes):
+        return Compiled(function=4096, parameters=genomes, memory=2)
+
+
+class Homing:
+    """A fitness that needs no channels: the share of robots that came home."""
+
+    objectives = (Objective("homing", "maximise", (0.0, 1.0)),)
+    channels = ()
+
+    def evaluate(self, telemetry, genomes, controller):
+        return np.isfinite(telemetry.homing_time).mean(axis=1, keepdims=True)
+
+
+def optimiser_failures(factory):
+    class Tests(OptimiserTests):
+        populations, objectives = (4, 5), (1, 2)
+
+        def create(self, *arguments):
+            return factory(*arguments)
+
+    return failures(Tests())
+
+
+def controller_failures(factory):
+    class Tests(ControllerTests):
+        def create(self):
+            return factory()
+
+    return failures(Tests())
+
+
+def fitness_failures(factory):
+    class Tests(FitnessTests):
+        def create(self):
+            return factory()
+
+    return failures(Tests())
+
+
+def test_sound_plugins_pass():
+    assert optimiser_failures(RandomSearch) == []
+    assert controller_failures(Reflex) == []
+    assert controller_failures(Machine) == []
+    assert fitness_failures(Homing) == []
+
+
+def test_create_must_be_overridden():
+    for tests in (OptimiserTests, ControllerTests, FitnessTests):
+        lines = failures(tests())
+        assert lines
+        assert all("create: expected an override" in line for line in lines)
+
+
+# ---- optimisers that do not ------------------------------------------------------------------------------------------
+
+
+class OnlyAsksAndTells:
+    ask, tell = RandomSearch.ask, RandomSearch.tell
+
+    def __init__(self, *arguments):
+        RandomSearch.__init__(self, *arguments)
+
+
+class WrongLength(RandomSearch):
+    def ask(self):
+        return super().ask()[:, 1:]
+
+
+class Single(RandomSearch):
+    def ask(self):
+        return super().ask().astype(np.float32)
+
+
+class NotANumber(RandomSearch):
+    def ask(self):
+        return super().ask() * np.nan
+
+
+class Nobody(RandomSearch):
+    def ask(self):
+        return super().ask()[:0]
+
+
+class AsksForAList(RandomSearch):
+    def ask(self):
+        return super().ask().tolist()
+
+
+class OwnRandomness(RandomSearch):
+    def __init__(self, space, population, objectives, rng):
+        super().__init__(space, population, objectives, np.random.default_rng())
+
+
+class GlobalNumpy(RandomSearch):
+    def ask(self):
+        np.random.rand()
+        return super().ask()
+
+
+class GlobalPython(RandomSearch):
+    def ask(self):
+        random.random()
+        return super().ask()
+
+
+class ForgetsItsRng(RandomSearch):
+    def state(self):
+        return {"best": self.best, "rng": np.random.PCG64(0).state}
+
+
+class ForgetsTheBest(RandomSearch):
+    def state(self):
+        return {"best": None, "rng": self.rng.bit_generator.state}
+
+
+class StateIsAnObject(RandomSearch):
+    def state(self):
+        return {**super().state(), "self": self}
+
+
+class StateIsAlive(RandomSearch):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.history = []
+
+    def tell(self, genomes, costs):
+        super().tell(genomes, costs)
+        self.history.append(float(costs[0, 0]))
+
+    def state(self):
+        return {**super().state(), "history": self.history}
+
+
+class WritesToCosts(RandomSearch):
+    def tell(self, genomes, costs):
+        costs -= costs.min()
+        super().tell(genomes, costs)
+
+
+class KeepsTheCallersArray(RandomSearch):
+    def tell(self, genomes, costs):
+        self.best = genomes[0]
+
+
+class TiesByTheCallsOfAll(RandomSearch):
+    """Breaks ties by something outside the run."""
+
+    calls = 0
+
+    def tell(self, genomes, costs):
+        TiesByTheCallsOfAll.calls += 1
+        best = np.flatnonzero(costs[:, 0] == costs[:, 0].min())
+        self.best = genomes[best[TiesByTheCallsOfAll.calls % len(best)]].copy()
+
+
+@pytest.mark.parametrize(
+    ("broken", "test", "reason"),
+    [
+        (OnlyAsksAndTells, "test_has_the_methods", "expected the methods ask, tell, state and restore"),
+        (WrongLength, "test_asks_for_genomes", "ask: expected the shape (n, "),
+        (Single, "test_asks_for_genomes", "ask: expected float64, got float32"),
+        (NotANumber, "test_asks_for_genomes", "ask: expected finite numbers"),
+        (Nobody, "test_asks_for_genomes", "ask: expected at least one genome, got none"),
+        (AsksForAList, "test_asks_for_genomes", "ask: expected an array (n, "),
+        (OwnRandomness, "test_same_rng_same_run", "a second run from the same RNG"),
+        (GlobalNumpy, "test_uses_no_other_randomness", "a global RNG was used"),
+        (GlobalPython, "test_uses_no_other_randomness", "a global RNG was used"),
+        (ForgetsItsRng, "test_continues_from_its_state", "continued from a state"),
+        (ForgetsTheBest, "test_continues_from_its_state", "continued from a state"),
+        (StateIsAnObject, "test_continues_from_its_state", "state['self']: expected a number, string, None, array"),
+        (StateIsAlive, "test_state_is_a_snapshot", "state: expected a copy"),
+        (WritesToCosts, "test_leaves_the_callers_arrays_alone", "read-only"),
+        (KeepsTheCallersArray, "test_leaves_the_callers_arrays_alone", "a caller's array is in use"),
+        (TiesByTheCallsOfAll, "test_same_rng_same_run", "costs; the call"),
+    ],
+)
+def test_broken_optimisers_are_caught(broken, test, reason):
+    lines = optimiser_failures(broken)
+    assert any(line.startswith(test) and reason in line for line in lines), lines
+
+
+# ---- controllers that do not -----------------------------------------------------------------------------------------
+
+
+class Both(Reflex):
+    def policies(self, genomes):
+        return Compiled(1, genomes)
+
+
+class TwinBlocks(Reflex):
+    def space(self, scene):
+        return GenomeSpace((Block("weights", (2,)), Block("weights", (2,))))
+
+
+class NoGenes(Machine):
+    def space(self, scene):
+        return GenomeSpace(())
+
+
+class NoUnitAxis(Machine):
+    def space(self, scene):
+        return GenomeSpace((Block("weights", (4,), unit_axis=1),))
+
+
+class ComplexityOfTheBatch(Machine):
+    def complexity(self, genomes):
+        return np.full(len(genomes), float(len(genomes)))
+
+
+class OneComplexity(Machine):
+    def complexity(self, genomes):
+        return 0.0
+
+
+class OnePolicy(Machine):
+    def policies(self, genomes):
+        return Compiled(4096, genomes[:1])
+
+
+class NullFunction(Machine):
+    def policies(self, genomes):
+        return Compiled(0, genomes)
+
+
+class WrongWeights(Machine):
+    def policies(self, genomes):
+        n = len(genomes)
+        return FeedForward(np.zeros((n, 2, 13)), np.zeros((n, 2, 3)), np.zeros((n, 2), dtype=bool), bias=True)
+
+
+class TooFast(Reflex):
+    def act(self, observations):
+        return 2 * super().act(observations)
+
+
+class OneWheel(Reflex):
+    def act(self, observations):
+        return super().act(observations)[..., :1]
+
+
+class LooksAtTheNeighbourWorld(Reflex):
+    def act(self, observations):
+        return super().act(observations) * observations.mean()
+
+
+class Remembers(Reflex):
+    memory = None
+
+    def start(self, genomes):
+        before = self.memory
+        super().start(genomes)
+        self.memory = self.memory if before is None else before
+
+
+@pytest.mark.parametrize(
+    ("broken", "test", "reason"),
+    [
+        (SwitchCounter, "test_has_the_methods", "either policies(), or start() and act()"),
+        (Both, "test_has_the_methods", "either policies(), or start() and act()"),
+        (TwinBlocks, "test_lays_out_a_genome", "expected unique block names"),
+        (NoGenes, "test_lays_out_a_genome", "expected at least one gene"),
+        (NoUnitAxis, "test_lays_out_a_genome", "expected a unit_axis of (4,), got 1"),
+        (ComplexityOfTheBatch, "test_tells_complexity", "for a genome on its own"),
+        (OneComplexity, "test_tells_complexity", "complexity: expected an array (6), got float"),
+        (OnePolicy, "test_makes_native_policies", "expected one for each of 6 genomes, got 1"),
+        (NullFunction, "test_makes_native_policies", "expected the function's address, got 0"),
+        (WrongWeights, "test_makes_native_policies", "input_hidden: expected the shape (6, 2, 14), got (6, 2, 13)"),
+        (TooFast, "test_acts:", "expected commands in [-1, 1]"),
+        (OneWheel, "test_acts:", "expected the shape (4, 5, 2), got (4, 5, 1)"),
+        (LooksAtTheNeighbourWorld, "test_acts_the_same_in_every_batch", "for a world on its own"),
+        (Remembers, "test_start_forgets", "expected it to forget the episode before"),
+    ],
+)
+def test_broken_controllers_are_caught(broken, test, reason):
+    lines = controller_failures(broken)
+    assert any(line.startswith(test) and reason in line for line in lines), lines
+
+
+# ---- fitness functions that do not -----------------------------------------------------------------------------------
+
+
+class NoObjectives(Homing):
+    objectives = ()
+
+
+class NoDirection(Homing):
+    objectives = (Objective("homing", "better", (0.0, 1.0)),)
+
+
+class EndlessRange(Homing):
+    objectives = (Objective("homing", "maximise", (0.0, float("inf"))),)
+
+
+class UnknownChannel(Homing):
+    channels = ("odour",)
+
+
+class Flat(Homing):
+    def evaluate(self, telemetry, genomes, controller):
+        return super().evaluate(telemetry, genomes, controller)[:, 0]
+
+
+class MeanHomingTime(Homing):
+    def evaluate(self, telemetry, genomes, controller):
+        return telemetry.homing_time.mean(axis=1, keepdims=True)  # NaN where a robot never came home
+
+
+class OutOfRange(Homing):
+    def evaluate(self, telemetry, genomes, controller):
+        return 2 + super().evaluate(telemetry, genomes, controller)
+
+
+class Relative(Homing):
+    def evaluate(self, telemetry, genomes, controller):
+        values = super().evaluate(telemetry, genomes, controller)
+        return values / max(1.0, len(values) / 2)
+
+
+class WritesToTelemetry(Homing):
+    def evaluate(self, telemetry, genomes, controller):
+        telemetry.homing_time[:] = 0.0
+        return super().evaluate(telemetry, genomes, controller)
+
+
+@pytest.mark.parametrize(
+    ("broken", "test", "reason"),
+    [
+        (NoObjectives, "test_names_its_objectives", "expected at least one, got none"),
+        (NoDirection, "test_names_its_objectives", "expected maximise or minimise, got 'better'"),
+        (EndlessRange, "test_names_its_objectives", "expected a finite range"),
+        (UnknownChannel, "test_names_its_channels", "got odour"),
+        (Flat, "test_judges_episodes", "expected the shape (7, 1), got (7,)"),
+        (MeanHomingTime, "test_judges_episodes", "expected finite numbers, got NaN"),
+        (OutOfRange, "test_judges_episodes", "expected homing in (0.0, 1.0)"),
+        (Relative, "test_judges_an_episode_the_same_in_every_batch", "expected the same bits"),
+        (WritesToTelemetry, "test_judges_episodes", "read-only"),
+    ],
+)
+def test_broken_fitness_functions_are_caught(broken, test, reason):
+    lines = fitness_failures(broken)
+    assert any(line.startswith(test) and reason in line for line in lines), lines
+
+
+# ---- what the kit makes ----------------------------------------------------------------------------------------------
+
+
+def test_random_telemetry_has_the_shapes_of_the_protocol():
+    telemetry = random_telemetry(list(CHANNELS), episodes=3, steps=10, robots=2)
+    assert telemetry.homing_time.shape == (3, 2)
+    assert telemetry.push_time.shape == (3,)
+    for name, shape in CHANNELS.items():
+        expected = (3, 10, *(2 if axis == "robots" else axis for axis in shape))
+        assert getattr(telemetry, name).shape == expected
+        assert not getattr(telemetry, name).flags.writeable
+    assert random_telemetry(BoxPushing.channels, episodes=1).pose is None
+
+
+def test_random_genomes_have_switches_that_are_on_or_off():
+    genomes = random_genomes(CHROMOSOME, 50)
+    assert genomes.shape == (50, CHROMOSOME.size)
+    assert set(np.unique(genomes[:, CHROMOSOME.is_switch])) == {0.0, 1.0}
+
+
+def test_switch_counter_counts_switches():
+    assert SwitchCounter().space(SceneInfo(5, 10, 0.1)) == CHROMOSOME
+    assert SwitchCounter().complexity(np.ones((2, CHROMOSOME.size))).tolist() == [4.0, 4.0]
