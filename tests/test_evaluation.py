@@ -1,0 +1,381 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Generator, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+import toy_plugins
+from swarmevo import evaluation, simulator
+from swarmevo.config import Config
+from swarmevo.evaluation import (
+    Evaluation,
+    EvaluationError,
+    Evaluator,
+    Interrupted,
+    Job,
+    JobResult,
+    TeamController,
+    run_job,
+    to_costs,
+)
+from swarmevo.protocols import Compiled, FloatArray, Objective
+from toy_plugins import HIDDEN
+
+FIELDS = ("objectives", "hash", "push_time", "homing_time", "ode_messages", "unsolved_steps")
+
+
+@pytest.fixture(autouse=True)
+def _toys(distribution: Callable[..., Any]) -> None:
+    toy_plugins.install(distribution)
+
+
+class Recorder:
+    """A backend that keeps the jobs and runs them here, last one first."""
+
+    def __init__(self, config_json: str, workers: int) -> None:
+        self._config_json = config_json
+        self.jobs: list[Job] = []
+
+    def run(self, jobs: Sequence[Job]) -> Generator[JobResult, None, None]:
+        self.jobs += jobs
+        for job in reversed(jobs):
+            yield run_job(self._config_json, job)
+
+    def close(self) -> None:
+        pass
+
+
+def genomes_for(config: Config, n: int, seed: int = 0) -> FloatArray:
+    with Evaluator(config, 1) as evaluator:
+        return np.random.default_rng(seed).standard_normal((n, evaluator.space.size))
+
+
+def evaluate(config: Config, genomes: FloatArray, generation: int = 0, workers: int = 1) -> Evaluation:
+    with Evaluator(config, workers) as evaluator:
+        return evaluator.evaluate(genomes, trial=0, generation=generation)
+
+
+def assert_same(a: Any, b: Any) -> None:
+    for field in FIELDS:
+        np.testing.assert_array_equal(getattr(a, field), getattr(b, field), err_msg=field)
+
+
+# ---- what comes out --------------------------------------------------------------------------------------------------
+
+
+def test_an_evaluation_has_every_repeat_of_every_genome() -> None:
+    config = toy_plugins.config(evolution={"repeats": 3})
+    found = evaluate(config, genomes_for(config, 5))
+    assert found.objectives.shape == (5, 3, 3)
+    assert found.costs.shape == (5, 3)
+    assert found.hash.shape == found.push_time.shape == found.ode_messages.shape == (5, 3)
+    assert found.homing_time.shape == (5, 3, 2)
+    assert found.hash.dtype == np.uint64
+    assert len(np.unique(found.hash)) == 15
+    assert found.seconds > 0
+
+
+def test_costs_are_the_means_with_maximised_objectives_turned_around() -> None:
+    config = toy_plugins.config()
+    found = evaluate(config, genomes_for(config, 4))
+    np.testing.assert_allclose(found.costs, found.objectives.mean(axis=1) * [-1, 1, 1], rtol=1e-14)
+
+
+def test_objectives_of_several_plugins_stand_side_by_side() -> None:
+    with Evaluator(toy_plugins.config(), 1) as evaluator:
+        assert [o.name for o in evaluator.objectives] == ["travel", "distance", "neurons"]
+        np.testing.assert_array_equal(evaluator.reference, [0.0, 1.0, HIDDEN])
+
+
+def test_a_cost_is_never_minus_zero() -> None:
+    costs = to_costs([Objective("a", "maximise", (0, 1)), Objective("b", "minimise", (0, 1))], np.zeros((1, 2)))
+    assert not np.signbit(costs).any()
+
+
+def test_all_individuals_of_a_generation_meet_the_same_noise() -> None:
+    config = toy_plugins.config()
+    genomes = np.repeat(genomes_for(config, 1), 3, axis=0)
+    here, later = evaluate(config, genomes, generation=0), evaluate(config, genomes, generation=1)
+    for found in (here, later):
+        assert (found.hash == found.hash[0]).all()
+        assert found.hash[0, 0] != found.hash[0, 1]
+    assert here.hash[0, 0] != later.hash[0, 0]
+
+
+# ---- the same bits however the work is cut ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("controller", ["toy_network", "toy_linear"])
+def test_results_do_not_depend_on_the_number_of_workers(controller: str) -> None:
+    config = toy_plugins.config(controller=controller)
+    genomes = genomes_for(config, 7)
+    alone = evaluate(config, genomes)
+    for workers in (0, 2, 5):
+        assert_same(alone, evaluate(config, genomes, workers=workers))
+
+
+@pytest.mark.parametrize("genomes_of", ["shared", "individual"])
+def test_results_do_not_depend_on_the_cut_into_jobs(genomes_of: str) -> None:
+    config = toy_plugins.config(team={"genomes": genomes_of, "robots": 3})
+    genomes = genomes_for(config, 6)
+    whole = _run_in_jobs(config, genomes, 12)
+    for length in (1, 2, 5, 7):
+        assert_same(whole, _run_in_jobs(config, genomes, length))
+
+
+def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> JobResult:
+    """Return the results of jobs of a length as one."""
+    keys = [simulator.EpisodeKey(7, 0, 0, repeat) for repeat in range(2)]
+    places = [(individual, key) for individual in range(len(genomes)) for key in keys]
+    results = []
+    for start in range(0, len(places), length):
+        individuals, episodes = zip(*places[start : start + length], strict=True)
+        job = Job(start, individuals, genomes[list(individuals)], episodes)
+        results.append(run_job(config.model_dump_json(), job))
+    joined = {field: np.concatenate([getattr(result, field) for result in results]) for field in FIELDS}
+    return JobResult(start=0, seconds=0.0, **joined)
+
+
+def test_a_job_is_a_pure_function() -> None:
+    config = toy_plugins.config()
+    job = Job(0, (0,), genomes_for(config, 1), (simulator.EpisodeKey(7, 0, 0, 0),))
+    other = toy_plugins.config(episode={"horizon": 0.5})
+    first = run_job(config.model_dump_json(), job)
+    between = run_job(other.model_dump_json(), job)
+    assert_same(first, run_job(config.model_dump_json(), job))
+    assert (first.objectives[0, :2] != between.objectives[0, :2]).all()
+
+
+def test_another_backend_may_answer_in_any_order() -> None:
+    config = toy_plugins.config()
+    genomes = genomes_for(config, 5)
+    with Evaluator(config, 2, Recorder) as evaluator:
+        assert_same(evaluate(config, genomes), evaluator.evaluate(genomes, 0, 0))
+
+
+def recorded_lengths(config: Config, genomes: FloatArray, workers: int) -> list[int]:
+    """Return the jobs' lengths in a second evaluation, when the first has told how long an episode takes."""
+    recorder: list[Recorder] = []
+
+    def backend(config_json: str, workers: int) -> Recorder:
+        recorder.append(Recorder(config_json, workers))
+        return recorder[0]
+
+    with Evaluator(config, workers, backend) as evaluator:
+        evaluator.evaluate(genomes, 0, 0)
+        recorder[0].jobs.clear()
+        evaluator.evaluate(genomes, 0, 1)
+    return [len(job.episodes) for job in recorder[0].jobs]
+
+
+def test_jobs_are_short_enough_for_every_worker_to_have_some(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "JOB_SECONDS", 1e9)
+    config = toy_plugins.config()
+    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [4] * 4
+    assert recorded_lengths(config, genomes_for(config, 8), workers=2) == [2] * 8
+
+
+def test_jobs_are_short_enough_to_stop_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "JOB_SECONDS", 0.0)
+    config = toy_plugins.config()
+    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [1] * 16
+
+
+def test_telemetry_of_a_job_stays_in_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evaluation, "JOB_SECONDS", 1e9)
+    # Per control step: pose 2 x 3, command 2 x 2, rf 2.
+    monkeypatch.setattr(evaluation, "TELEMETRY_BYTES", 3 * 8 * 10 * (6 + 4 + 2))
+    config = toy_plugins.config()
+    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [3] * 5 + [1]
+
+
+def test_jobs_in_lockstep_depend_on_nothing_but_the_configuration() -> None:
+    config = toy_plugins.config(controller="toy_linear")
+    for workers in (1, 3):
+        assert recorded_lengths(config, genomes_for(config, 10), workers) == [8, 8, 4]
+
+
+# ---- a genome for each robot -----------------------------------------------------------------------------------------
+
+
+def test_a_team_of_individuals_has_a_genome_for_each_robot() -> None:
+    shared = toy_plugins.config()
+    own = toy_plugins.config(team={"genomes": "individual"})
+    one, two = genomes_for(shared, 2)
+    alike = evaluate(own, np.concatenate([one, one])[np.newaxis])
+    assert_same(alike, evaluate(shared, one[np.newaxis]))
+    mixed = evaluate(own, np.array([np.concatenate([one, two]), np.concatenate([two, one])]))
+    assert len(np.unique(np.concatenate([mixed.hash[:, 0], alike.hash[:, 0]]))) == 3
+
+
+def test_lockstep_gives_each_robot_its_genome() -> None:
+    shared = toy_plugins.config(controller="toy_linear")
+    own = toy_plugins.config(controller="toy_linear", team={"genomes": "individual"})
+    one = genomes_for(shared, 1)
+    assert_same(evaluate(own, np.concatenate([one, one], axis=1)), evaluate(shared, one))
+
+
+def test_the_complexity_of_a_team_is_the_mean_over_its_robots() -> None:
+    controller = toy_plugins.Network()
+    on, off = np.ones(36), np.zeros(36)
+    team = TeamController(controller, 2)
+    np.testing.assert_array_equal(team.complexity(np.array([[*on, *off], [*on, *on]])), [1.0, 2.0])
+
+
+def test_every_robot_of_every_episode_finds_its_compiled_policy(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
+
+    def simulate(scene: Any, policies: Compiled, episodes: Any, robot_policies: Any, channels: Any) -> None:
+        seen.append((policies, robot_policies))
+        raise simulator.SimulatorError("not run")
+
+    monkeypatch.setattr(simulator, "simulate", simulate)
+    config = toy_plugins.config(controller="toy_direct", team={"genomes": "individual"})
+    genomes = genomes_for(config, 2)
+    keys = tuple(simulator.EpisodeKey(7, 0, 0, repeat) for repeat in range(2))
+    with pytest.raises(simulator.SimulatorError, match="not run"):
+        run_job(config.model_dump_json(), Job(0, (0, 1), genomes, keys))
+    ((policies, robot_policies),) = seen
+    assert (policies.function, policies.memory) == (1, 3)
+    np.testing.assert_array_equal(policies.parameters[robot_policies], genomes.reshape(2, 2, 36))
+
+
+# ---- stopping --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("controller", ["toy_network", "toy_linear"])
+@pytest.mark.parametrize("asked", [1, 2, 3])
+def test_an_evaluation_stops_when_asked(controller: str, asked: int) -> None:
+    config = toy_plugins.config(controller=controller)
+    genomes = genomes_for(config, 20)
+    answers = iter([False] * (asked - 1) + [True])
+    with Evaluator(config, 2) as evaluator:
+        with pytest.raises(Interrupted):
+            evaluator.evaluate(genomes, 0, 0, lambda: next(answers))
+        assert next(answers, None) is None
+        assert_same(evaluator.evaluate(genomes, 0, 0), evaluate(config, genomes))
+
+
+def test_a_cancelled_job_in_lockstep_ends_within_a_step() -> None:
+    config = toy_plugins.config(controller="toy_linear", episode={"horizon": 1000.0})
+    job = Job(0, (0,), genomes_for(config, 1), (simulator.EpisodeKey(7, 0, 0, 0),))
+    answers = iter([False, False, True])
+    with pytest.raises(Interrupted):
+        run_job(config.model_dump_json(), job, lambda: next(answers))
+    assert next(answers, None) is None
+
+
+# ---- what is wrong ---------------------------------------------------------------------------------------------------
+
+
+def assert_one_line(error: pytest.ExceptionInfo[BaseException], *parts: str) -> None:
+    message = str(error.value)
+    assert "\n" not in message
+    for part in parts:
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("no objective", "expected at least one"),
+        ("not iterable", "objectives raised TypeError"),
+        ("no Objective", "expected an Objective, got str"),
+        ("direction", "expected the direction maximise or minimise, got 'up'"),
+        ("range", "expected as range two finite numbers, low and high, got (1.0, 1.0)"),
+        ("infinite", "expected as range two finite numbers"),
+        ("no pair", "expected as range two finite numbers, low and high, got 1.0"),
+        ("channel", "channels: expected some of pose, command"),
+    ],
+)
+def test_a_fitness_that_describes_itself_badly_is_named(fault: str, told: str) -> None:
+    with pytest.raises(EvaluationError) as error:
+        Evaluator(toy_plugins.config(fitness={"toy_bad_fitness": {"fault": fault}}), 1)
+    assert_one_line(error, "fitness.toy_bad_fitness (toys 1.0): ", told)
+
+
+def test_two_objectives_of_one_name_are_refused() -> None:
+    fitness = {"toy_neurons": {}, "toy_bad_fitness": {"fault": "same name"}}
+    with pytest.raises(EvaluationError, match="fitness: two objectives are named 'neurons'"):
+        Evaluator(toy_plugins.config(fitness=fitness), 1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("raises", "evaluate raised KeyError: 'nobody\\nhome'"),
+        ("shape", "evaluate: expected an array of shape (1, 1), got (1,)"),
+        ("nan", "evaluate: expected finite numbers, got [nan]"),
+        ("text", "evaluate: expected an array of numbers, got list"),
+        ("none", "evaluate: expected an array of shape (1, 1), got ()"),
+    ],
+)
+def test_a_fitness_that_fails_is_named(fault: str, told: str) -> None:
+    config = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": fault}})
+    with pytest.raises(EvaluationError) as error:
+        evaluate(config, genomes_for(config, 2), workers=2)
+    assert_one_line(error, "fitness.toy_bad_fitness (toys 1.0): ", told)
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("raises", "policies raised KeyError"),
+        ("count", "policies: expected 1 policies, got 0"),
+        ("type", "policies: expected FeedForward or Compiled, got str"),
+        ("nan", "its policies were refused"),
+    ],
+)
+def test_a_native_controller_that_fails_is_named(fault: str, told: str) -> None:
+    config = toy_plugins.config(controller={"toy_bad_controller": {"fault": fault}})
+    with pytest.raises(EvaluationError) as error:
+        evaluate(config, genomes_for(config, 2))
+    assert_one_line(error, "controller.toy_bad_controller (toys 1.0): ", told)
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [("raises", "act raised KeyError"), ("shape", "act: expected an array of shape (4, 2, 2), got (3,)")],
+)
+def test_a_controller_in_python_that_fails_is_named(fault: str, told: str) -> None:
+    config = toy_plugins.config(controller={"toy_linear": {"fault": fault}})
+    with pytest.raises(EvaluationError) as error:
+        evaluate(config, genomes_for(config, 2))
+    assert_one_line(error, "controller.toy_linear (toys 1.0): ", told)
+
+
+def test_an_episode_that_fails_names_its_individual(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate = simulator.simulate
+
+    def failing(*arguments: Any) -> simulator.Episodes:
+        done = simulate(*arguments)
+        keys = arguments[2]
+        failed = [key.repeat == 1 for key in keys]
+        return dataclasses.replace(
+            done,
+            status=np.array(failed, dtype=np.int32),
+            messages=["ODE: LCP went astray" if f else "" for f in failed],
+        )
+
+    monkeypatch.setattr(simulator, "simulate", failing)
+    config = toy_plugins.config()
+    with pytest.raises(EvaluationError) as error:
+        evaluate(config, genomes_for(config, 1), generation=4)
+    assert_one_line(error, "trial 0, generation 4, individual 0, repeat 1: the episode failed: ODE: LCP went astray")
+
+
+def test_an_evaluator_needs_a_seed_and_a_number_of_workers() -> None:
+    with pytest.raises(ValueError, match=r"evolution\.seed: expected a number, got None"):
+        Evaluator(toy_plugins.config(evolution={"seed": None}), 1)
+    with pytest.raises(ValueError, match="workers: expected a number of at least 0, got -1"):
+        Evaluator(toy_plugins.config(), -1)
+
+
+def test_genomes_of_another_shape_are_refused() -> None:
+    config = toy_plugins.config()
+    with pytest.raises(ValueError, match=r"genomes: expected the shape \(n, 36\), got \(2, 35\)"):
+        evaluate(config, np.zeros((2, 35)))

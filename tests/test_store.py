@@ -1,0 +1,534 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import dataclasses
+import fcntl
+import json
+import multiprocessing
+import os
+import signal
+import sqlite3
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from swarmevo.protocols import Objective
+from swarmevo.store import (
+    CONFIG_FILE,
+    DATABASE_FILE,
+    LOCK_FILE,
+    PROVENANCE_FILE,
+    SCHEMA_VERSION,
+    Generation,
+    Store,
+    StoreError,
+    decode_state,
+    encode_state,
+)
+
+OBJECTIVES = (Objective("speed", "maximise", (0.0, 2.0)), Objective('size "of" it', "minimise", (-1.0, 1e9)))
+ROBOTS = 3
+SEED = 2**63 - 1
+
+
+def make(folder: Path) -> Store:
+    return Store.create(folder, "seed: 1\n", {"made": "here"}, OBJECTIVES, ROBOTS, SEED)
+
+
+def generation(n: int = 4, repeats: int = 2, seed: int = 0) -> Generation:
+    rng = np.random.default_rng(seed)
+    times = rng.random((n, repeats, 1 + ROBOTS)) * 180
+    times[times > 120] = np.nan
+    return Generation(
+        genomes=rng.standard_normal((n, 5)),
+        objectives=rng.standard_normal((n, repeats, 2)),
+        hash=rng.integers(0, 2**64, (n, repeats), dtype=np.uint64, endpoint=False),
+        push_time=times[..., 0],
+        homing_time=times[..., 1:],
+        ode_messages=rng.integers(0, 2**32, (n, repeats), dtype=np.uint32),
+        unsolved_steps=rng.integers(0, 2**32, (n, repeats), dtype=np.uint32),
+        seconds=float(rng.random()),
+    )
+
+
+def assert_equal(a: Generation, b: Generation) -> None:
+    for field in dataclasses.fields(Generation):
+        left, right = getattr(a, field.name), getattr(b, field.name)
+        np.testing.assert_array_equal(left, right, err_msg=field.name)
+        assert np.asarray(left).dtype == np.asarray(right).dtype
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with make(tmp_path / "run") as store:
+        yield store
+
+
+def in_child(action: Callable[[], None]) -> int:
+    """Run ``action`` in a forked process; return its exit code, negative: the signal that ended it."""
+    child = multiprocessing.get_context("fork").Process(target=action)
+    child.start()
+    child.join(60)
+    assert child.exitcode is not None
+    return child.exitcode
+
+
+# ---- making a folder -------------------------------------------------------------------------------------------------
+
+
+def test_a_new_folder_holds_config_provenance_and_database(tmp_path: Path) -> None:
+    folder = tmp_path / "deep" / "run"
+    with make(folder) as store:
+        assert (folder / LOCK_FILE).exists()
+        assert store.objectives == OBJECTIVES
+        assert (store.seed, store.robots) == (SEED, ROBOTS)
+        assert store.trials() == []
+        assert store.generations(0) == 0
+        assert store.state(0) is None
+    assert sorted(path.name for path in folder.iterdir()) == [CONFIG_FILE, PROVENANCE_FILE, DATABASE_FILE]
+    assert (folder / CONFIG_FILE).read_text() == "seed: 1\n"
+    assert json.loads((folder / PROVENANCE_FILE).read_text()) == {"made": "here"}
+
+
+@pytest.mark.parametrize("inhabited", [True, False])
+def test_a_folder_is_never_overwritten(tmp_path: Path, inhabited: bool) -> None:
+    if inhabited:
+        (tmp_path / "thesis.tex").write_text("mine")
+    with pytest.raises(StoreError, match="exists already and is never overwritten; choose another name"):
+        make(tmp_path)
+    assert [path.read_text() for path in tmp_path.iterdir()] == (["mine"] if inhabited else [])
+
+
+def test_a_folder_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(StoreError, match=r"^[^\n]*file[^\n]*: Not a directory$"):
+        make(tmp_path / "file" / "run")
+
+
+def test_a_folder_that_cannot_be_filled_is_removed(tmp_path: Path) -> None:
+    twins = (OBJECTIVES[0], OBJECTIVES[0])
+    with pytest.raises(StoreError, match="UNIQUE"):
+        Store.create(tmp_path / "run", "", {}, twins, ROBOTS, 0)
+    assert list(tmp_path.iterdir()) == []
+
+
+# ---- generations -----------------------------------------------------------------------------------------------------
+
+
+def test_generations_come_back_bit_by_bit(store: Store) -> None:
+    written = {(trial, number): generation(seed=10 * trial + number) for trial in (0, 2) for number in range(3)}
+    for (trial, number), content in written.items():
+        store.append(trial, number, content, encode_state({"number": number}))
+    store.close()
+    with Store.open(store.folder) as again:
+        assert again.trials() == [0, 2]
+        assert [again.generations(trial) for trial in range(3)] == [3, 0, 3]
+        assert again.state(2) == {"number": 2}
+        for (trial, number), content in written.items():
+            assert_equal(again.generation(trial, number), content)
+
+
+def test_the_size_of_generations_may_vary(store: Store) -> None:
+    for number, n in enumerate((1, 7, 2)):
+        store.append(0, number, generation(n, repeats=n), "{}")
+    assert [store.generation(0, number).genomes.shape for number in range(3)] == [(1, 5), (7, 5), (2, 5)]
+
+
+def test_equal_genomes_are_stored_once(store: Store) -> None:
+    content = generation()
+    content.genomes[3] = content.genomes[1]
+    store.append(0, 0, content, "{}")
+    store.append(0, 1, content, "{}")
+    np.testing.assert_array_equal([summary.genomes for summary in store.summaries(0)], [[1, 2, 3, 2]] * 2)
+    np.testing.assert_array_equal(store.genome(2), content.genomes[1])
+    with pytest.raises(StoreError, match="there is no genome 4"):
+        store.genome(4)
+
+
+@pytest.mark.parametrize("number", [0, 2])
+def test_generations_follow_one_another(store: Store, number: int) -> None:
+    store.append(0, 0, generation(), "{}")
+    with pytest.raises(StoreError, match=f"expected generation 1 of trial 0, got {number}"):
+        store.append(0, number, generation(), "{}")
+
+
+def test_a_generation_is_stored_as_a_whole_or_not_at_all(store: Store) -> None:
+    first, bad = generation(), generation(seed=1)
+    bad.objectives[-1, -1, -1] = np.nan
+    store.append(0, 0, first, encode_state({"after": 0}))
+    before = list(store._database.iterdump())
+    with pytest.raises(StoreError, match=r"NOT NULL constraint failed: episode\.objective_1"):
+        store.append(0, 1, bad, encode_state({"after": 1}))
+    assert list(store._database.iterdump()) == before
+    store.append(0, 1, generation(seed=1), encode_state({"after": 1}))
+
+
+def test_what_is_not_stored_is_an_error(store: Store) -> None:
+    with pytest.raises(StoreError, match="there is no generation 0 of trial 5"):
+        store.generation(5, 0)
+
+
+# ---- what analysis reads ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def two_trials(store: Store) -> tuple[Store, list[Generation]]:
+    """A genome of trial 0 lives for two generations; trial 1 has one."""
+    first, second, other = (generation(seed=seed) for seed in range(3))
+    second.genomes[0] = first.genomes[2]
+    for trial, number, content in ((0, 0, first), (0, 1, second), (1, 0, other)):
+        store.append(trial, number, content, "{}")
+    return store, [first, second, other]
+
+
+def test_a_genome_is_judged_by_all_its_episodes(two_trials: tuple[Store, list[Generation]]) -> None:
+    store, (first, second, _) = two_trials
+    found = store.individuals(0)
+    (at,) = np.flatnonzero(found.genome == 3)
+    assert (found.first_generation[at], found.last_generation[at], found.episodes[at]) == (0, 1, 4)
+    objectives = np.concatenate([first.objectives[2], second.objectives[0]])
+    np.testing.assert_allclose(found.objectives[at], objectives.mean(axis=0))
+    homing = np.concatenate([first.homing_time[2], second.homing_time[0]])
+    assert found.homing_rate[at] == pytest.approx(np.isfinite(homing).mean())
+    assert found.homing_time[at] == pytest.approx(np.nanmean(homing))
+    push = np.concatenate([first.push_time[2], second.push_time[0]])
+    assert found.push_rate[at] == pytest.approx(np.isfinite(push).mean())
+    assert found.push_time[at] == pytest.approx(np.nanmean(push))
+
+
+def test_individuals_are_of_one_trial_or_of_all(two_trials: tuple[Store, list[Generation]]) -> None:
+    store, _ = two_trials
+    assert store.individuals(0).genome.tolist() == [1, 2, 3, 4, 5, 6, 7]
+    assert store.individuals(1).trial.tolist() == [1] * 4
+    assert store.individuals().trial.tolist() == [0] * 7 + [1] * 4
+    nobody = store.individuals(9)
+    assert nobody.objectives.shape == (0, 2)
+    assert nobody.homing_rate.shape == (0,)
+
+
+def test_a_time_that_nobody_made_is_nan(store: Store) -> None:
+    content = generation()
+    content.push_time[:] = np.nan
+    content.homing_time[:] = np.nan
+    store.append(0, 0, content, "{}")
+    found = store.individuals()
+    assert np.isnan(found.push_time).all()
+    assert np.isnan(found.homing_time).all()
+    assert not found.push_rate.any()
+    assert not found.homing_rate.any()
+
+
+def test_summaries_tell_each_generation_in_short(two_trials: tuple[Store, list[Generation]]) -> None:
+    store, (first, second, _) = two_trials
+    for number, (summary, content) in enumerate(zip(store.summaries(0), (first, second), strict=True)):
+        assert (summary.trial, summary.number, summary.episodes) == (0, number, 8)
+        assert summary.seconds == content.seconds
+        assert summary.ode_messages == content.ode_messages.sum(dtype=np.uint64)
+        assert summary.unsolved_steps == content.unsolved_steps.sum(dtype=np.uint64)
+        np.testing.assert_allclose(summary.objectives, content.objectives.mean(axis=1))
+
+
+def test_totals_are_of_one_trial_or_of_all(two_trials: tuple[Store, list[Generation]]) -> None:
+    store, (first, second, other) = two_trials
+    of_run, of_trial, of_none = store.totals(), store.totals(0), store.totals(9)
+    assert (of_run.generations, of_run.individuals, of_run.genomes, of_run.episodes) == (3, 12, 11, 24)
+    assert (of_trial.generations, of_trial.individuals, of_trial.genomes, of_trial.episodes) == (2, 8, 7, 16)
+    assert of_run.seconds == pytest.approx(first.seconds + second.seconds + other.seconds)
+    assert dataclasses.astuple(of_none) == (0, 0, 0, 0, 0, 0, 0.0)
+
+
+# ---- one writer ------------------------------------------------------------------------------------------------------
+
+
+def test_a_second_writer_is_told_who_is_the_first(store: Store) -> None:
+    with pytest.raises(StoreError, match=f"process {os.getpid()} on .* is writing it; wait for that, or stop it"):
+        Store.open(store.folder, readonly=False)
+
+
+def test_the_next_writer_may_come_when_the_first_is_gone(store: Store) -> None:
+    store.close()
+    with Store.open(store.folder, readonly=False) as again:
+        again.append(0, 0, generation(), "{}")
+
+
+def test_a_killed_writer_keeps_nobody_out(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+
+    def write_and_die() -> None:
+        with make(folder) as store:
+            store.append(0, 0, generation(), encode_state({"after": 0}))
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    assert in_child(write_and_die) == -signal.SIGKILL
+    assert (folder / LOCK_FILE).exists()
+    with Store.open(folder) as reader:
+        assert_equal(reader.generation(0, 0), generation())
+    with Store.open(folder, readonly=False) as writer:
+        assert writer.state(0) == {"after": 0}
+        writer.append(0, 1, generation(seed=1), "{}")
+
+
+def test_a_writer_killed_within_a_transaction_leaves_the_one_before(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+
+    def die_while_writing() -> None:
+        with make(folder) as store:
+            store.append(0, 0, generation(), encode_state({"after": 0}))
+            with store._transaction():
+                store._database.execute("INSERT INTO generation VALUES (0, 1, 1.0, 'now')")
+                store._insert_individuals(0, 1, generation(5000, seed=1).genomes)
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    assert in_child(die_while_writing) == -signal.SIGKILL
+    with Store.open(folder, readonly=False) as store:
+        assert store.generations(0) == 1
+        assert store.totals().genomes == 4
+        store.append(0, 1, generation(seed=1), "{}")
+
+
+def test_the_lock_of_a_file_that_was_removed_is_not_taken(store: Store) -> None:
+    """Somebody waits at the lock's file while its owner removes it; the lock to be had is the new file's."""
+    path = store.folder / LOCK_FILE
+    stale = os.open(path, os.O_RDWR)
+    store.close()
+    with Store.open(store.folder, readonly=False):
+        fcntl.flock(stale, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with pytest.raises(StoreError, match="is writing it"):
+            Store.open(store.folder, readonly=False)
+    os.close(stale)
+
+
+def test_readers_and_the_writer_do_not_wait_for_each_other(store: Store) -> None:
+    store.append(0, 0, generation(), "{}")
+    with Store.open(store.folder) as reader:
+        cursor = reader._database.execute("SELECT * FROM episode")
+        cursor.fetchone()  # the reader is in the middle of its reading
+        store.append(0, 1, generation(seed=1), "{}")
+        assert len(cursor.fetchall()) == 7  # and sees what was there when it began
+        assert reader.generations(0) == 2
+        store.close()  # the journal stays until the reader is gone
+    with Store.open(store.folder) as reader:
+        assert reader.generations(0) == 2
+
+
+def test_a_reader_cannot_write(store: Store) -> None:
+    with Store.open(store.folder) as reader, pytest.raises(StoreError, match="opened to be read only"):
+        reader.append(0, 0, generation(), "{}")
+
+
+# ---- folders that are not as they should be --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(store: Store) -> Path:
+    """A closed run of three generations."""
+    for number in range(3):
+        store.append(0, number, generation(200, seed=number), "{}")
+    store.close()
+    return store.folder
+
+
+def assert_refused(folder: Path, match: str, readonly: bool) -> None:
+    before = (folder / DATABASE_FILE).read_bytes()
+    with pytest.raises(StoreError, match=match) as error:
+        Store.open(folder, readonly=readonly)
+    assert "\n" not in str(error.value)
+    assert (folder / DATABASE_FILE).read_bytes() == before
+    assert not (folder / LOCK_FILE).exists()
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+def test_a_folder_that_is_no_run_is_refused(tmp_path: Path, readonly: bool) -> None:
+    for path in (tmp_path, tmp_path / "nowhere"):
+        with pytest.raises(StoreError, match=r"expected a run folder, but there is no run\.sqlite in it"):
+            Store.open(path, readonly=readonly)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+@pytest.mark.parametrize(
+    ("version", "advice"), [(SCHEMA_VERSION + 1, "a newer swarmevo"), (SCHEMA_VERSION - 1, "an older swarmevo")]
+)
+def test_another_schema_is_refused(folder: Path, version: int, advice: str, readonly: bool) -> None:
+    _execute(folder, f"PRAGMA user_version = {version}")
+    assert_refused(folder, f"expected schema version {SCHEMA_VERSION}, got {version}; use {advice}", readonly)
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+def test_another_database_is_refused(folder: Path, readonly: bool) -> None:
+    _execute(folder, "PRAGMA application_id = 0")
+    assert_refused(folder, "is not a run of swarmevo", readonly)
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+@pytest.mark.parametrize("content", [b"", b"no database", bytes(range(256)) * 64])
+def test_what_is_no_database_is_refused(folder: Path, content: bytes, readonly: bool) -> None:
+    (folder / DATABASE_FILE).write_bytes(content)
+    assert_refused(folder, "no(t a)? run of swarmevo", readonly)
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+def test_a_folder_whose_making_was_cut_short_is_refused(folder: Path, readonly: bool) -> None:
+    _execute(folder, "DELETE FROM run")
+    assert_refused(folder, "is incomplete", readonly)
+
+
+def test_a_damaged_database_is_not_written(folder: Path) -> None:
+    _damage(folder)
+    assert_refused(folder, "is damaged", readonly=False)
+
+
+def test_reading_a_damaged_database_is_one_line(folder: Path) -> None:
+    _damage(folder)
+    with Store.open(folder) as store, pytest.raises(StoreError, match="is damaged; restore it from a copy"):
+        store.individuals()
+
+
+def test_a_truncated_database_is_refused(folder: Path) -> None:
+    path = folder / DATABASE_FILE
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    assert_refused(folder, "is damaged", readonly=False)
+
+
+def test_a_damaged_state_is_one_line(folder: Path) -> None:
+    _execute(folder, "UPDATE optimiser SET state = '{'")
+    with Store.open(folder) as store, pytest.raises(StoreError, match="state of trial 0 is damaged"):
+        store.state(0)
+
+
+def test_a_run_whose_configuration_was_changed_can_be_read_but_not_continued(folder: Path) -> None:
+    (folder / CONFIG_FILE).write_text("seed: 2\n")
+    assert_refused(folder, r"config\.yaml was changed since the run began", readonly=False)
+    with Store.open(folder) as store:
+        assert store.generations(0) == 3
+
+
+def test_a_full_disk_costs_one_generation(store: Store) -> None:
+    store.append(0, 0, generation(), "{}")
+    (pages,) = store._database.execute("PRAGMA page_count").fetchone()
+    store._database.execute(f"PRAGMA max_page_count = {pages}")
+    with pytest.raises(StoreError, match="the disk is full; free some space, then go on"):
+        store.append(0, 1, generation(500, seed=1), "{}")
+    store._database.execute("PRAGMA max_page_count = 1000000")
+    assert store.generations(0) == 1
+    store.append(0, 1, generation(500, seed=1), "{}")
+
+
+def test_a_folder_that_is_read_only_can_be_read(folder: Path) -> None:
+    def look() -> None:
+        with Store.open(place) as store:
+            assert_equal(store.generation(0, 0), generation(200))
+        with pytest.raises(StoreError, match=r"is not writable|Permission denied"):
+            Store.open(place, readonly=False)
+        with pytest.raises(StoreError, match="Permission denied"):
+            make(place.parent / "other")
+
+    with tempfile.TemporaryDirectory() as parent:
+        place = Path(parent) / "run"
+        folder.rename(place)
+        for path in (*place.iterdir(), place, Path(parent)):
+            path.chmod(0o555 if path.is_dir() else 0o444)
+        try:
+            assert in_child(lambda: _as_nobody(look)) == 0
+        finally:
+            place.chmod(0o755)
+            Path(parent).chmod(0o755)
+
+
+def _as_nobody(action: Callable[[], None]) -> None:
+    """Run ``action`` without the right to ignore permissions."""
+    if os.geteuid() == 0:
+        os.setuid(65534)
+    action()
+
+
+def _execute(folder: Path, statement: str) -> None:
+    database = sqlite3.connect(folder / DATABASE_FILE)
+    with database:
+        database.execute(statement)
+    database.close()
+
+
+def _damage(folder: Path) -> None:
+    """Overwrite the second half of the database, but not its header and schema."""
+    path = folder / DATABASE_FILE
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2] + b"\x5a" * (len(content) - len(content) // 2))
+
+
+# ---- the optimiser's state -------------------------------------------------------------------------------------------
+
+
+def test_a_state_comes_back_as_it_was() -> None:
+    state = {
+        "rng": np.random.default_rng(5).bit_generator.state,
+        "mersenne": np.random.Generator(np.random.MT19937(3)).bit_generator.state,
+        "big": -(2**200),
+        "floats": [0.1, -0.0, 5e-324, 1e308, float("inf")],
+        "text": '\u00e4\n"',
+        "nothing": None,
+        "yes": True,
+        "nested": [{"a": [np.arange(3)]}],
+        "arrays": {
+            "empty": np.empty((0, 4)),
+            "scalar": np.array(7),
+            "flags": np.array([True, False]),
+            "small": np.arange(6, dtype=np.int8).reshape(2, 3),
+            "fortran": np.asfortranarray(np.arange(6.0).reshape(2, 3)),
+            "big-endian": np.arange(3, dtype=">f4"),
+            "nan": np.array([np.nan, -np.inf, -0.0]),
+        },
+    }
+    back = decode_state(encode_state(state))
+    _assert_same(back, state)
+    assert back["arrays"]["nan"].tobytes() == state["arrays"]["nan"].tobytes()  # type: ignore[index]
+    assert np.signbit(back["floats"][1])
+    back["arrays"]["small"][0, 0] = 1  # ours to write
+
+
+def _assert_same(a: Any, b: Any) -> None:
+    if isinstance(b, dict):
+        assert list(a) == list(b)
+        for key in b:
+            _assert_same(a[key], b[key])
+    elif isinstance(b, list):
+        assert len(a) == len(b)
+        for left, right in zip(a, b, strict=True):
+            _assert_same(left, right)
+    elif isinstance(b, np.ndarray):
+        assert a.dtype == b.dtype
+        np.testing.assert_array_equal(a, b)
+    else:
+        assert type(a) is type(b)
+        assert a == b
+
+
+def test_a_state_s_numpy_numbers_become_plain_ones() -> None:
+    back = decode_state(encode_state({"i": np.int64(2**62), "f": np.float64(0.1), "b": np.bool_(True)}))
+    assert back == {"i": 2**62, "f": 0.1, "b": True}
+
+
+@pytest.mark.parametrize(
+    ("state", "told"),
+    [
+        ({"a": {"b": [1, {2}]}}, r"state\['a'\]\['b'\]\[1\]: expected a number, .* got set"),
+        ({"a": {1: 2}}, r"state\['a'\]: expected strings as keys"),
+        ({"dtype": 0, "shape": 0, "base64": 0}, "state: expected strings as keys, other than those of an array"),
+        ({"a": np.array([None])}, r"state\['a'\]: expected an array of numbers, got dtype object"),
+        ({"a": b"bytes"}, r"state\['a'\]: .* got bytes"),
+        ([1], "expected a mapping, got list"),
+    ],
+)
+def test_a_state_that_cannot_be_stored_is_refused_with_its_place(state: Any, told: str) -> None:
+    with pytest.raises(TypeError, match=told):
+        encode_state(state)
+
+
+@pytest.mark.parametrize("text", ["", "[1]", '{"a": {"dtype": "<f8", "shape": [2], "base64": "AAAA"}}'])
+def test_text_that_is_no_state_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r".+"):
+        decode_state(text)

@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Small plugins, sound and broken ones, and a run of a second or less to try them in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from swarmevo.config import Config
+from swarmevo.protocols import (
+    Block,
+    Compiled,
+    Controller,
+    FeedForward,
+    FloatArray,
+    GenomeSpace,
+    Objective,
+    SceneInfo,
+    Telemetry,
+)
+
+HIDDEN = 2
+
+
+def config(**sections: Any) -> Config:
+    """Return a configuration of toys: two robots, a horizon of one second; sections update it."""
+    base: dict[str, Any] = {
+        "episode": {"horizon": 1.0},
+        "team": {"robots": 2},
+        "controller": "toy_network",
+        "fitness": ["toy_travel", "toy_neurons"],
+        "optimiser": "toy_search",
+        "evolution": {"generations": 3, "population": 4, "trials": 2, "repeats": 2, "seed": 7},
+    }
+    for name, section in sections.items():
+        merge = isinstance(section, dict) and name in ("episode", "team", "evolution")
+        base[name] = base[name] | section if merge else section
+    return Config.model_validate(base)
+
+
+def install(distribution: Callable[..., Any]) -> None:
+    """Make the toys known, as the distribution ``toys 1.0``."""
+    here = __name__
+    groups = {
+        "swarmevo.controllers": {
+            "toy_network": f"{here}:Network",
+            "toy_linear": f"{here}:Linear",
+            "toy_direct": f"{here}:Direct",
+            "toy_bad_controller": f"{here}:BadController",
+        },
+        "swarmevo.fitness": {
+            "toy_travel": f"{here}:Travel",
+            "toy_neurons": f"{here}:Neurons",
+            "toy_bad_fitness": f"{here}:BadFitness",
+        },
+        "swarmevo.optimisers": {"toy_search": f"{here}:Search", "toy_bad_optimiser": f"{here}:BadOptimiser"},
+    }
+    distribution("toys", "1.0", groups)
+
+
+# ---- controllers -----------------------------------------------------------------------------------------------------
+
+
+class Network:
+    """Two hidden neurons, run by the library."""
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        return GenomeSpace(
+            (
+                Block("input_hidden", (HIDDEN, 14)),
+                Block("hidden_output", (2, HIDDEN + 1), unit_axis=1),
+                Block("hidden_switch", (HIDDEN,), "switch"),
+            )
+        )
+
+    def policies(self, genomes: FloatArray) -> Any:
+        weights = self._split(genomes)
+        return FeedForward(weights["input_hidden"], weights["hidden_output"], weights["hidden_switch"] >= 0.5)
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        used: FloatArray = np.sum(self._split(genomes)["hidden_switch"] >= 0.5, axis=1, dtype=np.float64)
+        return used
+
+    def _split(self, genomes: FloatArray) -> dict[str, FloatArray]:
+        return self.space(SceneInfo(1, 1, 1.0)).split(genomes)
+
+
+class Direct(Network):
+    """Genomes as the parameters of a compiled function, which does not exist."""
+
+    def policies(self, genomes: FloatArray) -> Any:
+        return Compiled(function=1, parameters=genomes, memory=3)
+
+
+class BadController(Network):
+    """Makes the policies that ``fault`` names."""
+
+    def __init__(self, fault: str) -> None:
+        self._fault = fault
+
+    def policies(self, genomes: FloatArray) -> Any:
+        if self._fault == "raises":
+            raise KeyError("nobody\nhome")
+        if self._fault == "nan":
+            return super().policies(np.full_like(genomes, np.nan))
+        return {"count": super().policies(genomes[:0]), "type": "none"}[self._fault]
+
+
+class Linear:
+    """Sensors to wheels, in Python."""
+
+    def __init__(self, fault: str = "") -> None:
+        self._fault = fault
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        return GenomeSpace((Block("weights", (2, 13)), Block("bias", (2,))))
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        return np.zeros(len(genomes))
+
+    def start(self, genomes: FloatArray) -> None:
+        self._weights = genomes[..., :26].reshape(*genomes.shape[:2], 2, 13)
+        self._bias = genomes[..., 26:]
+
+    def act(self, observations: FloatArray) -> Any:
+        if self._fault == "raises":
+            raise KeyError("nobody\nhome")
+        if self._fault == "shape":
+            return np.zeros(3)
+        return np.tanh((self._weights @ observations[..., np.newaxis])[..., 0] + self._bias)
+
+
+# ---- fitness ---------------------------------------------------------------------------------------------------------
+
+
+class Travel:
+    """How far the team went, and how near its last pose is to the target wall."""
+
+    objectives = (Objective("travel", "maximise", (0.0, 1.0)), Objective("distance", "minimise", (0.0, 1.0)))
+    channels = ("pose",)
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        assert telemetry.pose is not None
+        assert telemetry.command is None
+        assert not telemetry.pose.flags.writeable
+        place = telemetry.pose[..., :2]
+        travel = np.linalg.norm(np.diff(place, axis=1), axis=-1).sum(axis=(1, 2))
+        return np.stack([travel, 0.5 - place[:, -1, :, 1].mean(axis=1)], axis=1)
+
+
+class Neurons:
+    """How many hidden neurons there are, and some channels nobody needs."""
+
+    objectives = (Objective("neurons", "minimise", (0.0, float(HIDDEN))),)
+    channels = ("command", "rf")
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        assert telemetry.command is not None
+        return controller.complexity(genomes)[:, np.newaxis]
+
+
+class BadFitness:
+    """Does what ``fault`` names."""
+
+    def __init__(self, fault: str) -> None:
+        self._fault = fault
+        good = Objective("good", "minimise", (0.0, 1.0))
+        self.objectives: Any = {
+            "no objective": (),
+            "not iterable": good,
+            "no Objective": ("good",),
+            "direction": (Objective("good", "up", (0.0, 1.0)),),  # type: ignore[arg-type]
+            "range": (Objective("good", "minimise", (1.0, 1.0)),),
+            "infinite": (Objective("good", "minimise", (0.0, np.inf)),),
+            "no pair": (Objective("good", "minimise", 1.0),),  # type: ignore[arg-type]
+            "same name": (Objective("neurons", "minimise", (0.0, 1.0)),),
+        }.get(fault, (good,))
+        self.channels: Any = ("sonar",) if fault == "channel" else ()
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
+        if self._fault == "raises":
+            raise KeyError("nobody\nhome")
+        return {
+            "shape": np.zeros(1),
+            "nan": np.array([[np.nan]]),
+            "text": [["much"]],
+            "none": None,
+        }.get(self._fault, np.zeros((1, 1)))
+
+
+# ---- optimisers ------------------------------------------------------------------------------------------------------
+
+
+class Search:
+    """Mutants of the best so far, one more of them in each generation. Its state has all that a state may have."""
+
+    def __init__(self, space: GenomeSpace, population: int, objectives: int, rng: np.random.Generator) -> None:
+        self._size, self._population, self._rng = space.size, population, rng
+        self._best: FloatArray | None = None
+        self._least = np.inf
+        self._told = 0
+
+    def ask(self) -> Any:
+        self._asked = self._rng.standard_normal((self._population + self._told, self._size))
+        if self._best is not None:
+            self._asked[1:] = self._best + 0.5 * self._asked[1:]
+        return self._asked
+
+    def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
+        assert not genomes.flags.writeable
+        assert not costs.flags.writeable
+        self._asked[:] = np.nan  # what was given away is ours to spoil
+        leader = int(costs[:, 0].argmin())
+        if costs[leader, 0] < self._least:
+            self._best, self._least = genomes[leader].copy(), float(costs[leader, 0])
+        self._told += 1
+
+    def state(self) -> dict[str, Any]:
+        return {"best": self._best, "least": self._least, "told": self._told, "rng": self._rng.bit_generator.state}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        assert self._told == 0
+        self._best, self._least, self._told = state["best"], state["least"], state["told"]
+        self._rng.bit_generator.state = state["rng"]
+
+
+class BadOptimiser(Search):
+    """Does what ``fault`` names, in generation ``at``."""
+
+    def __init__(
+        self,
+        space: GenomeSpace,
+        population: int,
+        objectives: int,
+        rng: np.random.Generator,
+        *,
+        fault: str,
+        at: int = 1,
+    ) -> None:
+        super().__init__(space, population, objectives, rng)
+        self._fault, self._at = fault, at
+
+    def ask(self) -> Any:
+        genomes = super().ask()
+        if self._told != self._at:
+            return genomes
+        if self._fault == "ask raises":
+            raise KeyError("nobody\nhome")
+        spoilt = genomes.copy()
+        spoilt[1, 2] = np.nan
+        return {
+            "list": genomes.tolist(),
+            "dtype": genomes.astype(np.float32),
+            "axes": genomes[0],
+            "size": genomes[:, 1:],
+            "none": genomes[:0],
+            "nan": spoilt,
+        }.get(self._fault, genomes)
+
+    def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
+        if self._fault == "tell raises" and self._told == self._at:
+            raise KeyError("nobody\nhome")
+        if self._fault == "tell writes" and self._told == self._at:
+            costs[0] = 0.0
+        super().tell(genomes, costs)
+
+    def state(self) -> dict[str, Any]:
+        if self._fault == "state" and self._told == self._at + 1:
+            return {"rng": self._rng}
+        return super().state()
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        if self._fault == "restore raises":
+            raise KeyError("nobody\nhome")
+        super().restore(state)
