@@ -55,7 +55,8 @@ class Block:
         return int(np.prod(self.shape, dtype=int))
 
     def _index_along_unit_axis(self) -> IntArray:
-        return np.indices(self.shape)[self.unit_axis].ravel().astype(np.intp)
+        along: IntArray = np.indices(self.shape)[self.unit_axis].ravel().astype(np.intp)
+        return along
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Fixtures that several test files share."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+Distribution = Callable[..., Path]
+
+
+@pytest.fixture
+def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
+    """Return a function that installs a distribution for the length of a test, as pip would.
+
+    ``distribution(name, version, {group: {plugin: target}}, **modules)`` writes each module's source beside the
+    metadata and puts the folder on the path.
+    """
+
+    def install(name: str, version: str, groups: Mapping[str, Mapping[str, str]], **modules: str) -> Path:
+        folder = tmp_path / "site-packages" / name
+        info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+        info.mkdir(parents=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+        lines = [
+            f"[{group}]\n" + "".join(f"{plugin} = {target}\n" for plugin, target in plugins.items())
+            for group, plugins in groups.items()
+        ]
+        (info / "entry_points.txt").write_text("\n".join(lines))
+        for module, source in modules.items():
+            (folder / f"{module}.py").write_text(textwrap.dedent(source))
+        monkeypatch.syspath_prepend(str(folder))
+        return folder
+
+    return install

@@ -1,0 +1,466 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line: what is printed where, exit codes, interruption, and that errors leave nothing behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import yaml
+
+import swarmevo
+from swarmevo import cli, console, plugins, simulator
+from swarmevo.evolution import Progress
+from swarmevo.store import Store
+
+SMALL = "episode: {horizon: 1}\nevolution: {population: 4, generations: 2, trials: 2, repeats: 1}\n"
+
+
+class Outcome(NamedTuple):
+    code: int
+    out: str
+    err: str
+
+    @property
+    def errors(self) -> list[str]:
+        return [line.removeprefix("error: ") for line in self.err.splitlines() if line.startswith("error: ")]
+
+
+Swarmevo = Callable[..., Outcome]
+
+
+@pytest.fixture
+def swarmevo_(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Swarmevo:
+    """Run ``swarmevo ARGUMENTS`` in a folder that holds nothing but ``small.yaml``."""
+    monkeypatch.chdir(tmp_path)
+    Path("small.yaml").write_text(SMALL)
+
+    def run(*arguments: object) -> Outcome:
+        with pytest.raises(SystemExit) as exit:
+            cli.main([str(argument) for argument in arguments])
+        code = exit.value.code
+        assert code is None or isinstance(code, int)
+        return Outcome(code or 0, *capsys.readouterr())
+
+    return run
+
+
+def files() -> set[str]:
+    return {str(path) for path in Path().rglob("*")}
+
+
+# ---- the program -----------------------------------------------------------------------------------------------------
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\nfrom swarmevo.cli import main\n"
+        "try: main(['--help'])\n"
+        "finally: print(*(set('numpy pydantic moocore cffi yaml matplotlib'.split()) & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "evolve" in done.stdout
+    assert done.stdout.splitlines()[-1] == ""
+
+
+def test_version(swarmevo_: Swarmevo) -> None:
+    assert swarmevo_("--version").out == f"swarmevo {swarmevo.__version__}\n"
+    assert swarmevo.__version__ == metadata.version("swarmevo")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["evolv"],
+        ["evolve", "--sed", "1"],
+        ["evolve", "--seed", "x"],
+        ["show"],
+        ["show", "nowhere"],
+        ["resume", "nowhere"],
+    ],
+)
+def test_wrong_usage(swarmevo_: Swarmevo, arguments: list[str]) -> None:
+    done = swarmevo_(*arguments)
+    assert done.code == 2
+    assert done.out == ""
+    assert done.err
+
+
+def test_module_and_script_are_the_same() -> None:
+    done = subprocess.run([sys.executable, "-m", "swarmevo", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"swarmevo {swarmevo.__version__}\n"
+
+
+# ---- evolve ----------------------------------------------------------------------------------------------------------
+
+
+def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run", "--workers", 2)
+    assert done.code == 0
+    assert "Front over all trials" in done.out
+    assert "Front of trial 1" in done.out
+    first, *lines = done.err.splitlines()
+    assert first == "run run, seed 1"
+    pattern = r"trial \d/2, generation \d/2: best box_pushing \S+, front \d, \S+ episodes/s, 0:00:0\d left"
+    assert [bool(re.fullmatch(pattern, line)) for line in lines] == [True] * 4
+    assert {path.name for path in Path("run").iterdir()} == {"config.yaml", "provenance.json", "run.sqlite"}
+
+
+def test_show_says_what_evolve_said(swarmevo_: Swarmevo) -> None:
+    evolved = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
+    assert swarmevo_("show", "run").out == evolved.out
+
+
+def test_a_seed_is_drawn_printed_and_stored(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("evolve", "small.yaml", "--trials", 1)
+    printed = re.match(r"run (runs/small-\d{8}-\d{6}-(\d+)), seed (\d+)\n", done.err)
+    assert printed
+    folder, in_name, seed = printed.groups()
+    assert seed == in_name
+    assert yaml.safe_load(Path(folder, "config.yaml").read_text())["evolution"]["seed"] == int(seed)
+
+
+def test_options_and_settings_reach_the_run(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_(
+        *("evolve", "small.yaml", "--plugin", "pde", "--trials", 1, "--seed", 3, "--out", "run"),
+        *("--set", "evolution.generations=1", "optimiser.pde.crossover_rate=0.9", "--set", "team.robots=2"),
+    )
+    assert done.code == 0
+    stored = yaml.safe_load(Path("run/config.yaml").read_text())
+    assert stored["optimiser"] == {"pde": {"crossover_rate": 0.9}}
+    assert stored["team"]["robots"] == 2
+    assert stored["evolution"]["trials"] == stored["evolution"]["generations"] == 1
+
+
+def test_a_run_folder_is_never_overwritten(swarmevo_: Swarmevo) -> None:
+    Path("run").mkdir()
+    done = swarmevo_("evolve", "small.yaml", "--out", "run")
+    assert done.code == 2
+    assert done.errors == ["--out run: exists already and is never overwritten; choose another name"]
+    assert files() == {"small.yaml", "run"}
+
+
+@pytest.mark.parametrize("workers", ["0", "-1", "many", "1.5", "10000"])
+def test_wrong_workers(swarmevo_: Swarmevo, workers: str) -> None:
+    done = swarmevo_("evolve", "small.yaml", f"--workers={workers}")
+    assert done.code == 2
+    assert done.errors == [f"--workers: expected auto or a whole number from 1 to 9999, got {workers!r}"]
+
+
+def test_dry_run_forecasts_and_writes_nothing(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("evolve", "small.yaml", "--dry-run", "--workers", 1)
+    assert done.code == 0
+    assert done.out.startswith("16 episodes, 0:00:16 simulated\n")
+    assert "episodes/s on 1 workers, measured on 4 episodes" in done.out
+    assert files() == {"small.yaml"}
+
+
+def test_a_failure_during_the_run_is_one_line_and_says_how_to_go_on(
+    swarmevo_: Swarmevo, distribution: Callable[..., Path]
+) -> None:
+    source = """
+    import numpy as np
+    class Sulky:
+        def __init__(self, space, population, objectives, rng):
+            self.size, self.told = space.size, 0
+        def ask(self):
+            if self.told: raise RuntimeError("no more\\nideas")
+            return np.zeros((2, self.size))
+        def tell(self, genomes, costs): self.told = 1
+        def state(self): return {"told": self.told}
+        def restore(self, state): self.told = state["told"]
+    """
+    distribution("moods", "0.3", {"swarmevo.optimisers": {"sulky": "sulky:Sulky"}}, sulky=source)
+    done = swarmevo_("evolve", "small.yaml", "--plugin", "sulky", "--out", "run")
+    assert done.code == 1
+    assert "go on with: swarmevo resume run\n" in done.err
+    (line,) = done.errors
+    assert "sulky" in line
+    assert "moods" in line
+    assert "no more ideas" in line
+
+
+# ---- interruption ----------------------------------------------------------------------------------------------------
+
+
+def results(folder: str) -> list[Any]:
+    with Store.open(folder) as store:
+        kept = [store.generation(trial, number) for trial in range(2) for number in range(store.generations(trial))]
+    return [(generation.hash.tolist(), generation.objectives.tolist()) for generation in kept]
+
+
+@pytest.fixture
+def signal_after_a_generation(monkeypatch: pytest.MonkeyPatch) -> Callable[[signal.Signals], None]:
+    """Have the first generation end with a signal to this process."""
+    unpatched = console.progress
+
+    def patch(number: signal.Signals) -> None:
+        @contextmanager
+        def progress(done: int, total: int) -> Iterator[Callable[[Progress], None]]:
+            with unpatched(done, total) as observe:
+
+                def observe_and_signal(now: Progress) -> None:
+                    observe(now)
+                    if done == 0 and now.trial == now.generation == 0:
+                        signal.raise_signal(number)
+
+                yield observe_and_signal
+
+        monkeypatch.setattr(console, "progress", progress)
+
+    return patch
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_cleanly_and_resume_gives_the_uninterrupted_result(
+    swarmevo_: Swarmevo, signal_after_a_generation: Callable[[signal.Signals], None], number: signal.Signals
+) -> None:
+    handlers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
+    swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "whole")
+    signal_after_a_generation(number)
+    folder = "cut in two"
+    done = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", folder)
+    assert done.code == 130
+    assert done.out == ""
+    assert done.err.splitlines()[-2:] == [
+        "stopping; once more to stop at once",
+        "interrupted; go on with: swarmevo resume 'cut in two'",
+    ]
+    assert "not complete" in swarmevo_("show", folder).out
+
+    command = done.err.splitlines()[-1].partition(": ")[2]
+    resumed = swarmevo_(*shlex.split(command)[1:], "--workers", 2)
+    assert resumed.code == 0
+    assert "complete" in resumed.out
+    assert results(folder) == results("whole")
+    assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)] == handlers
+
+
+def test_resume_of_a_complete_run_shows_it(swarmevo_: Swarmevo) -> None:
+    evolved = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
+    assert swarmevo_("resume", "run") == (0, evolved.out, "")
+
+
+# ---- terminals -------------------------------------------------------------------------------------------------------
+
+
+def on_a_terminal(folder: Path, **environment: str) -> tuple[str, str]:
+    """Evolve with stderr on a terminal; return stdout and stderr."""
+    (folder / "small.yaml").write_text(SMALL)
+    host, terminal = pty.openpty()
+    command = [sys.executable, "-m", "swarmevo", "evolve", "small.yaml", "--seed", "1", "--out", "run"]
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "100", **environment},
+        stdout=subprocess.PIPE,
+        stderr=terminal,
+        text=True,
+    )
+    os.close(terminal)
+    said = b""
+    while True:
+        try:
+            chunk = os.read(host, 65536)
+        except OSError:  # the other end is closed
+            break
+        said += chunk
+    os.close(host)
+    out, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    return out, said.decode()
+
+
+def test_a_live_bar_on_a_terminal(tmp_path: Path) -> None:
+    out, err = on_a_terminal(tmp_path)
+    assert "━" in err
+    assert "\x1b[" in err
+    assert re.search(r"trial 2/2 gen 2/2  box_pushing \S+  front \d  \S+ ep/s  ETA 0:00:00", err)
+    assert "\x1b" not in out
+
+
+def test_no_color_is_honoured(tmp_path: Path) -> None:
+    _, err = on_a_terminal(tmp_path, NO_COLOR="1")
+    assert "━" in err
+    assert not re.search(r"\x1b\[[0-9;]*3[0-9]m|\x1b\[9[0-9]m", err)
+
+
+def test_plain_lines_on_a_dumb_terminal(tmp_path: Path) -> None:
+    _, err = on_a_terminal(tmp_path, TERM="dumb")
+    assert "\x1b" not in err
+    assert "trial 2/2, generation 2/2: best box_pushing" in err
+
+
+# ---- show ------------------------------------------------------------------------------------------------------------
+
+
+def test_show_as_json(swarmevo_: Swarmevo) -> None:
+    swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
+    done = swarmevo_("show", "run", "--json")
+    summary = json.loads(done.out)
+    assert summary["seed"] == 1
+    assert summary["complete"] is True
+    assert [len(trial["history"]) for trial in summary["trials"]] == [2, 2]
+    assert all(step["hypervolume"] >= 0 for trial in summary["trials"] for step in trial["history"])
+    assert set(summary["front"][0]["objectives"]) == {"box_pushing", "hidden_neurons"}
+    assert summary["cost"]["episodes"] == 16
+
+
+def test_show_of_what_is_no_run(swarmevo_: Swarmevo) -> None:
+    Path("empty").mkdir()
+    done = swarmevo_("show", "empty")
+    assert (done.code, done.out) == (1, "")
+    assert done.errors == ["empty: expected a run folder, but there is no run.sqlite in it"]
+
+
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [
+        ([1.0], "▁"),
+        ([0.0, 7.0], "▁█"),
+        ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], "▁▂▃▄▅▆▇█"),
+        ([3.0, 3.0], "▁▁"),
+    ],
+)
+def test_sparkline(values: list[float], line: str) -> None:
+    assert console.sparkline(values) == line
+
+
+def test_a_long_sparkline_keeps_its_ends() -> None:
+    line = console.sparkline(np.linspace(0, 1, 1000).tolist())
+    assert len(line) == 60
+    assert (line[0], line[-1]) == ("▁", "█")
+
+
+# ---- plugins and doctor ----------------------------------------------------------------------------------------------
+
+
+def test_plugins_lists_them(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("plugins")
+    assert done.code == 0
+    assert re.search(rf"optimiser +pde +swarmevo {re.escape(swarmevo.__version__)} +swarmevo_paper\.pde:PDE", done.out)
+
+
+def test_plugins_check(swarmevo_: Swarmevo, distribution: Callable[..., Path]) -> None:
+    sound = swarmevo_("plugins", "check", "pde")
+    assert sound.code == 0
+    assert "crossover_rate: float = 0.7" in sound.out
+    distribution("wrecks", "1", {"swarmevo.fitness": {"wreck": "wreck:Wreck"}}, wreck="import nowhere_to_be_found")
+    assert swarmevo_("plugins").code == 0
+    broken = swarmevo_("plugins", "check", "wreck")
+    assert broken.code == 1
+    assert "No module named 'nowhere_to_be_found'" in broken.out
+    unknown = swarmevo_("plugins", "check", "wrek")
+    assert (unknown.code, unknown.errors) == (2, ["wrek: no such plugin; did you mean wreck?"])
+
+
+def test_doctor_finds_nothing(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("doctor")
+    assert done.code == 0
+    assert {line[:4] for line in done.out.splitlines()} == {"ok  "}
+    assert "ODE" in done.out
+
+
+def test_doctor_says_what_to_do(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise simulator.SimulatorError("the assertion was not caught")
+
+    monkeypatch.setattr(simulator, "selftest", fail)
+    monkeypatch.setattr(plugins, "discover", list)
+    done = swarmevo_("doctor")
+    assert done.code == 1
+    assert "FAIL  ODE: SimulatorError: the assertion was not caught" in done.out
+    assert "FAIL  optimiser pde: not installed" in done.out
+    assert "what to do: reinstall swarmevo" in done.out
+
+
+# ---- bad configurations ----------------------------------------------------------------------------------------------
+
+# What the file says: the places that the errors must name, all of them and no other. Errors about where things stand
+# come from the library, those about options from the plugins.
+BAD = {
+    "": ["bad.yaml"],
+    "- arena\n- box": ["bad.yaml"],
+    "arena: {size: 1": ["bad.yaml"],
+    "box:\n  mass: 1\n  mass: 2": ["bad.yaml"],
+    "arena: {siz: 1}": ["arena.siz"],
+    "speed: 3": ["speed"],
+    "box: {mass: 240 g}": ["box.mass"],
+    "box: {mass: -0.24}": ["box.mass"],
+    "box: {mass: .nan, size: [.inf, 1, 1]}": ["box.size[0]", "box.mass"],
+    'box: {mass: "0.24"}': ["box.mass"],
+    "noise: {rf: true}": ["noise.rf"],
+    "arena: {size: 1000}": ["arena.size"],
+    "episode: {horizon: 180000}": ["episode.horizon"],
+    "team: {robots: 0}": ["team.robots"],
+    "team: {robots: 1000000000}": ["team.robots"],
+    "team: {robots: five}": ["team.robots"],
+    "evolution: {seed: -1, population: 0, trials: 1.5}": [
+        "evolution.population",
+        "evolution.trials",
+        "evolution.seed",
+    ],
+    "optimiser: {pde: {}, other: {}}": ["optimiser"],
+    "optimiser: other": ["optimiser.other"],
+    "optimiser: {pde: {crossover: 0.7}}": ["optimiser.pde.crossover"],
+    "optimiser: {pde: {crossover_rate: 70%, mutation_rate: 1}}": ["optimiser.pde.crossover_rate"],
+    "controller: {feedforward: {hidden: -1}}": ["controller.feedforward.hidden"],
+    "evolution: {population: 2}": ["optimiser.pde"],
+    "team: {robots: 2, start: poses, start_poses: [[0, 0, 0], [0.05, 0, 0]]}": ["team.start_poses[1]"],
+    "team: {robots: 2, start: poses, start_poses: [[0, 0, 0]]}": ["team.start_poses"],
+    "team: {robots: 1, start: poses, start_poses: [[0.6, 0, 0]]}": ["team.start_poses[0]"],
+    "team: {robots: 1, start: poses, start_poses: [[0, 0.3, 0]]}": ["team.start_poses[0]"],
+    "box: {pose: [0, 0.5, 0]}": ["box.pose"],
+    "robot: {centre_of_mass: 0.06}": ["robot.centre_of_mass"],
+    "emitter: {strength: [50, 1]}": ["emitter.strength"],
+    "episode: {control_period: 0.03}": ["episode.control_period"],
+    "noise: {rf: -1}\nbox: {pose: [9, 9, 0]}\noptimiser: {pde: {rate: 1}}\nfitness: nothing\ncolour: red": [
+        "noise.rf",
+        "colour",
+        "box.pose",
+        "fitness.nothing",
+        "optimiser.pde.rate",
+    ],
+}
+
+
+@pytest.mark.parametrize("text", BAD)
+def test_a_bad_configuration(swarmevo_: Swarmevo, text: str) -> None:
+    Path("bad.yaml").write_text(text)
+    for mode in ([], ["--dry-run"]):
+        done = swarmevo_("evolve", "bad.yaml", *mode)
+        assert done.code == 2
+        assert done.out == ""
+        assert done.err.splitlines() == [f"error: {error}" for error in done.errors]
+        assert [error.split(": ")[0] for error in done.errors] == BAD[text]
+    assert files() == {"small.yaml", "bad.yaml"}
+
+
+def test_a_bad_override_is_listed_with_the_files_errors(swarmevo_: Swarmevo) -> None:
+    Path("bad.yaml").write_text("noise: {rf: 2}")
+    done = swarmevo_("evolve", "bad.yaml", "--seed", -3, "--plugin", "ped", "--set", "arena.size=big", "team.colour=1")
+    assert [error.split(": ")[0] for error in done.errors] == [
+        "arena.size",
+        "team.colour",
+        "noise.rf",
+        "evolution.seed",
+        "optimiser.ped",
+    ]
+
+
+def test_a_missing_file(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("evolve", "papper")
+    assert (done.code, done.errors) == (2, ["papper: no such file; did you mean paper?"])

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import swarmevo
+from swarmevo import provenance as module
+from swarmevo.provenance import provenance
+
+
+def test_provenance_names_what_a_result_may_depend_on() -> None:
+    origin = provenance("seed: 1\n", ["optimiser.pde (swarmevo 1.0, a:B)"], {"build": "ODE 0.16"})
+    assert origin["swarmevo"] == swarmevo.__version__
+    assert origin["config_sha256"] == hashlib.sha256(b"seed: 1\n").hexdigest()
+    assert origin["plugins"] == ["optimiser.pde (swarmevo 1.0, a:B)"]
+    assert origin["library"] == {"build": "ODE 0.16"}
+    assert (origin["python"], origin["numpy"]) == (sys.version, np.__version__)
+    assert origin["cpu"]
+    assert json.loads(json.dumps(origin)) == origin
+
+
+def test_no_other_repository_is_taken_for_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / ".git").mkdir()
+    installed = tmp_path / "venv" / "swarmevo" / "provenance.py"
+    monkeypatch.setattr(module, "__file__", str(installed))
+    assert provenance("", [], {})["git_revision"] is None
+
+
+def test_a_checkout_that_git_cannot_describe_has_no_revision(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / ".git").mkdir()
+    monkeypatch.setattr(module, "__file__", str(tmp_path / "swarmevo" / "provenance.py"))
+    assert provenance("", [], {})["git_revision"] is None
