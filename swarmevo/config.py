@@ -32,6 +32,7 @@ Fraction = Annotated[float, Field(ge=0, le=1)]
 Bearing = Annotated[float, Field(ge=-360, le=360)]
 Extent = Annotated[float, Field(ge=0.01, le=10)]
 Strength = Annotated[float, Field(ge=0, le=1e6)]
+Speed = Annotated[float, Field(ge=-10, le=10)]
 Jitter = Annotated[float, Field(ge=0, le=3.15)]
 Vector = Annotated[tuple[Number, Number, Number], FromList]
 CurvePoint = Annotated[tuple[Annotated[float, Field(ge=0, le=10)], Annotated[float, Field(ge=0, le=1e6)]], FromList]
@@ -68,6 +69,8 @@ class Box(Section):
     """[kg] (paper IV)."""
     pose: Vector = (0.0, 0.345, 0.0)
     """x [m], y [m], heading [rad] of its centre at the start."""
+    velocity: Annotated[tuple[Speed, Speed, Speed], FromList] = (0.0, 0.0, 0.0)
+    """x [m/s], y [m/s], about the vertical [rad/s] at the start."""
 
 
 class Emitter(Section):
@@ -100,6 +103,8 @@ class Robot(Section):
     """Between the wheels [m] (e-puck.org)."""
     top_speed: float = Field(default=6.28, ge=0.01, le=1000)
     """Of a wheel [rad/s]: 0.129 m/s on the floor (Webots)."""
+    motor_torque: float = Field(default=0.02, ge=1e-6, le=100)
+    """Largest of a wheel's motor [N m]; with `drive: articulated`. Twice what makes a wheel slip."""
     caster_offset: float = Field(default=0.03, ge=0.001, le=1)
     """Front and rear caster, ahead of and behind the axle [m]."""
     caster_clearance: float = Field(default=0.0005, ge=0, le=0.01)
@@ -181,8 +186,8 @@ class Noise(Section):
 class Physics(Section):
     """Of ODE, which moves the bodies."""
 
-    time_step: float = Field(default=0.02, ge=0.0005, le=0.05)
-    """[s]."""
+    time_step: float = Field(default=0.05, ge=0.0005, le=0.05)
+    """[s]; the default is the largest whose errors docs/validation.md finds below 1 % of the way."""
     gravity: float = Field(default=9.81, ge=0.1, le=100)
     """[m/s^2]."""
     wheel_friction: float = Field(default=1.0, ge=0, le=10)
@@ -195,6 +200,9 @@ class Physics(Section):
     """ODE's error reduction parameter of contacts."""
     contact_cfm: float = Field(default=1e-5, ge=1e-9, le=0.1)
     """ODE's constraint force mixing of contacts [s/kg]."""
+    drive: Literal["driven_contacts", "articulated"] = "driven_contacts"
+    """A robot is one body whose wheels are moving contact surfaces; or, as the reference, a chassis and two wheel bodies
+    on hinges with motors."""
 
 
 class Episode(Section):

@@ -78,9 +78,10 @@ typedef struct swe_arena_config {
 #define SWE_TARGET_WALL_WEST 4
 
 typedef struct swe_box_config {
-    double size[3]; /* extent along its own x, y, z [m] */
-    double mass;    /* [kg] */
-    double pose[3]; /* x [m], y [m], heading [rad] of its centre at the start */
+    double size[3];     /* extent along its own x, y, z [m] */
+    double mass;        /* [kg] */
+    double pose[3];     /* x [m], y [m], heading [rad] of its centre at the start */
+    double velocity[3]; /* x [m/s], y [m/s], about the vertical [rad/s] at the start */
 } swe_box_config;
 
 typedef struct swe_emitter_config {
@@ -101,6 +102,7 @@ typedef struct swe_robot_config {
     double wheel_radius;     /* [m] */
     double axle_length;      /* between the wheels' contact points [m] */
     double top_speed;        /* of a wheel [rad/s] */
+    double motor_torque;     /* largest of a wheel's motor [N m]; read by SWE_DRIVE_ARTICULATED alone */
     double caster_offset;    /* front and rear caster, ahead of and behind the axle [m] */
     double caster_clearance; /* between casters and floor when upright [m] */
 } swe_robot_config;
@@ -149,7 +151,11 @@ typedef struct swe_physics_config {
     double side_friction;  /* between robots, box and walls */
     double contact_erp;    /* ODE's error reduction parameter of contacts */
     double contact_cfm;    /* ODE's constraint force mixing of contacts [s/kg] */
+    int32_t drive;         /* SWE_DRIVE_* */
 } swe_physics_config;
+
+#define SWE_DRIVE_DRIVEN_CONTACTS 1 /* a robot is one body, its wheels are moving contact surfaces */
+#define SWE_DRIVE_ARTICULATED 2     /* chassis and two wheels on hinges with motors: the reference, slower */
 
 typedef struct swe_episode_config {
     double horizon;        /* [s], a whole number of control periods */

@@ -69,6 +69,7 @@ void check_world(Check& check, const swe_scene_config& c) {
     check.ranges("box.size", c.box.size, 0.01, 10, "m");
     check.range("box.mass", c.box.mass, 0.001, 1000, "kg");
     check.ranges("box.pose", c.box.pose, -100, 100, "");
+    check.ranges("box.velocity", c.box.velocity, -10, 10, "");
 
     check.ranges("emitter.position", c.emitter.position, -100, 100, "m");
     check.range("emitter.range", c.emitter.range, 0.01, 1000, "m");
@@ -87,6 +88,7 @@ void check_robot(Check& check, const swe_robot_config& r) {
     check.range("robot.wheel_radius", r.wheel_radius, 0.001, 1, "m");
     sized &= check.range("robot.axle_length", r.axle_length, 0.005, 2, "m");
     check.range("robot.top_speed", r.top_speed, 0.01, 1000, "rad/s");
+    check.range("robot.motor_torque", r.motor_torque, 1e-6, 100, "N m");
     sized &= check.range("robot.caster_offset", r.caster_offset, 0.001, 1, "m");
     check.range("robot.caster_clearance", r.caster_clearance, 0, 0.01, "m");
     if (!sized) return;
@@ -135,6 +137,8 @@ void check_physics(Check& check, const swe_scene_config& c) {
     check.range("physics.side_friction", c.physics.side_friction, 0, 10, "");
     check.range("physics.contact_erp", c.physics.contact_erp, 0.01, 1, "");
     check.range("physics.contact_cfm", c.physics.contact_cfm, 1e-9, 0.1, "s/kg");
+
+    check.choice("physics.drive", c.physics.drive, SWE_DRIVE_ARTICULATED);
 
     const bool lasting = check.range("episode.horizon", c.episode.horizon, 0.001, 1e5, "s");
     const bool periodic = check.range("episode.control_period", c.episode.control_period, 0.0005, 10, "s");

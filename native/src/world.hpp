@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One simulated world: rigid bodies in three dimensions, stepped by Open Dynamics Engine. Only world.cpp knows ODE.
+// One simulated world: rigid bodies in three dimensions, stepped by Open Dynamics Engine. Only the files
+// world*.cpp know ODE.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +11,6 @@
 #include "scene.hpp"
 
 namespace swarmevo {
-
-// Position, unit quaternion (w, x, y, z), linear and angular velocity in the world frame.
-struct BodyState {
-    double position[3], quaternion[4], velocity[3], spin[3];
-};
 
 // The worst that happened so far.
 struct Extremes {
@@ -38,8 +34,6 @@ class World {
 
     Pose robot_pose(unsigned robot) const;
     Pose box_pose() const;
-    BodyState robot_state(unsigned robot) const;
-    BodyState box_state() const;
 
     // Normal force of a robot on the box in the last step [N]; recorded where sensors need it.
     double push_force(unsigned robot) const;

@@ -34,7 +34,7 @@ TEST_CASE("the paper's world is accepted and its steps are counted") {
     const Scene scene = fixture.scene();
     CHECK(scene.robots == 5);
     CHECK(scene.control_steps == 1800);
-    CHECK(scene.substeps == 5);
+    CHECK(scene.substeps == 2);
 }
 
 TEST_CASE("a config that nobody filled names every field") {
@@ -101,7 +101,7 @@ TEST_CASE("bad values are named") {
         {"robot.centre_of_mass", [](auto& c) { c.robot.centre_of_mass = 0.06; }},
         {"robot.caster_offset", [](auto& c) { c.robot.caster_offset = 0.04; }},
         {"robot.axle_length", [](auto& c) { c.robot.axle_length = 0.08; }},
-        {"episode.control_period", [](auto& c) { c.episode.control_period = 0.05; }},  // 2.5 time steps
+        {"episode.control_period", [](auto& c) { c.episode.control_period = 0.075; }},  // 1.5 time steps
         {"episode.horizon", [](auto& c) { c.episode.horizon = 180.05; }},
         {"episode.horizon",
          [](auto& c) {

@@ -100,10 +100,11 @@ TEST_CASE("with wheels still, energy never grows and everything stays where it i
 }
 
 TEST_CASE("robots brake to a halt and their energy never grows on the way") {
-    const Fixture fixture;
+    Fixture fixture;
+    fixture.config.physics.time_step = 0.02;
     const Scene scene = fixture.scene();
     World world(scene, scene.start_poses);
-    for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, -kTopSpeed, -0.8 * kTopSpeed);
+    for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, -kTopSpeed, -kTopSpeed);
     run(world, 3, 0.02);
     for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, 0, 0);
     double energy = world.energy();

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// ODE made safe: errors that throw, worlds that own their threading, contacts from closed formulas.
+// Only the files world*.cpp know ODE.
+#pragma once
+
+#include <ode/ode.h>
+
+#include "epuck.hpp"
+#include "scene.hpp"
+
+namespace swarmevo {
+
+// A world with a threading implementation of its own: worlds on ODE's default one share it and crash side by side.
+// Throws Error(SWE_OUT_OF_MEMORY).
+class OdeWorld {
+  public:
+    OdeWorld();
+    ~OdeWorld();
+    OdeWorld(const OdeWorld&) = delete;
+    OdeWorld& operator=(const OdeWorld&) = delete;
+
+    // Advances by a time step. Returns how often ODE's solver gave a warning. Throws Error(SWE_PHYSICS_ERROR).
+    unsigned step(double time_step);
+
+    dWorldID id() const { return id_; }
+
+  private:
+    dWorldID id_;
+    dThreadingImplementationID threading_;
+    bool broken_ = false;
+};
+
+// The state of one body.
+struct BodyState {
+    double position[3], quaternion[4], velocity[3], spin[3];
+};
+
+BodyState state_of(dBodyID body);
+void set_state(dBodyID body, const BodyState& state);
+Pose pose_of(dBodyID body);
+
+// A body at rest, pitched about its own y axis (nose down is positive) and then turned by its heading [rad].
+dBodyID create_body(dWorldID world, const Vector& position, double heading, double pitch, const dMass& mass);
+
+Vector axis(dBodyID body, int column);               // a column of its rotation matrix: its own x, y or z in the world
+Vector to_world(dBodyID body, const Vector& local);  // a point of the body
+
+// How two surfaces rub. Friction acts along `direction`, a unit vector across the normal, and at a right angle to it.
+struct Friction {
+    Vector direction;
+    double along, across;  // Coulomb coefficients; 0 costs the solver nothing
+    double surface_speed;  // at which the first body's surface runs backwards: a wheel's rim [m/s]
+};
+
+// The contacts of one step.
+class Contacts {
+  public:
+    Contacts(dWorldID world, const swe_physics_config& physics);
+    ~Contacts();
+    Contacts(const Contacts&) = delete;
+    Contacts& operator=(const Contacts&) = delete;
+
+    // Forgets all contacts; the next are for a step of this length [s]. From the second attempt at a step on, contacts
+    // are softer, and no two alike, so that no two of the solver's rows tie.
+    void begin(double time_step, int attempt);
+
+    // `gap` < 0 is an overlap; a gap that is open may close within the step, no more. The normal points from `second`
+    // (nullptr: the floor or a wall) to `first`. Points, directions and gaps in the world [m].
+    dJointID add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
+                 const Friction& friction);
+
+    unsigned count() const { return count_; }
+    double deepest_overlap() const { return deepest_overlap_; }  // since the world began [m]
+
+  private:
+    void soften(dContact& contact) const;
+
+    const swe_physics_config& physics_;
+    dWorldID world_;
+    dJointGroupID group_;
+    double time_step_ = 0;
+    int attempt_ = 0;
+    unsigned count_ = 0;
+    double deepest_overlap_ = 0;
+};
+
+}  // namespace swarmevo
