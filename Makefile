@@ -4,10 +4,11 @@
 #   make test      all tests, native ones included
 #   make lint      formatting, types, the direction of imports
 #   make sanitize  the native tests under address, undefined-behaviour and thread sanitizers
+#   make docs      docs/configuration.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: evolve test test-native test-python lint sanitize clean
+.PHONY: evolve test test-native test-python lint sanitize docs clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -49,6 +50,10 @@ sanitize: build/system-test
 	  UBSAN_OPTIONS=halt_on_error=1 build/$$sanitizer/native_tests; \
 	done
 
+docs: $(VENV)/installed-docs
+	$(BIN)/python docs/generate_configuration.py
+	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
+
 clean:
 	rm -rf build $(VENV)
 
@@ -75,6 +80,6 @@ $(BIN)/python: | build/system
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "swarmevo needs Python 3.11 or newer: make PYTHON=...")'
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
+$(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
 	$(BIN)/pip install -q ".$(if $*,[$(patsubst -%,%,$*)])"
 	touch $@

@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How Sphinx builds these pages: ``make docs``."""
+
+from swarmevo import __version__
+
+project = "swarmevo"
+author = "The swarmevo developers"
+release = __version__
+extensions = ["myst_parser"]
+html_theme = "furo"
+myst_heading_anchors = 3  # so that pages can link to headings, as on GitHub
+suppress_warnings = ["myst.xref_missing"]  # links that leave docs/ lead somewhere in the repository; a test follows all
