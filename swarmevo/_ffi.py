@@ -26,7 +26,7 @@ class SimulatorError(RuntimeError):
     """The native library failed or refused."""
 
 
-class InvalidArgument(SimulatorError, ValueError):
+class InvalidArgument(SimulatorError, ValueError):  # noqa: N818 - as the library's SWE_INVALID_ARGUMENT
     """A value, size or pointer was not acceptable to the native library; nothing was done."""
 
 

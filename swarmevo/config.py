@@ -201,8 +201,8 @@ class Physics(Section):
     contact_cfm: float = Field(default=1e-5, ge=1e-9, le=0.1)
     """ODE's constraint force mixing of contacts [s/kg]."""
     drive: Literal["driven_contacts", "articulated"] = "driven_contacts"
-    """A robot is one body whose wheels are moving contact surfaces; or, as the reference, a chassis and two wheel bodies
-    on hinges with motors."""
+    """A robot is one body whose wheels are moving contact surfaces; or, as the reference, a chassis and two wheel
+    bodies on hinges with motors."""
 
 
 class Episode(Section):

@@ -135,7 +135,7 @@ class GenomeSpace:
         )
 
 
-# ---- what an episode leaves --------------------------------------------------------------------------------------------
+# ---- what an episode leaves ------------------------------------------------------------------------------------------
 
 
 CHANNELS: dict[str, tuple[int | str, ...]] = {
@@ -180,7 +180,7 @@ class Telemetry:
     """``(episodes, steps)``: 1 where the box touches the target wall, else 0."""
 
 
-# ---- policies that run natively ----------------------------------------------------------------------------------------
+# ---- policies that run natively --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -226,7 +226,7 @@ class Compiled:
 NativePolicies: TypeAlias = FeedForward | Compiled
 
 
-# ---- the three protocols -----------------------------------------------------------------------------------------------
+# ---- the three protocols ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pydantic.fields import FieldInfo
+
 from swarmevo import simulator
 from swarmevo.config import Config
 from swarmevo.protocols import CHANNELS, COMMANDS, OBSERVATIONS, Compiled, FeedForward, FloatArray
