@@ -218,7 +218,7 @@ WRONG = {
     "box: {size: [1, 2, 3, 4]}": "box.size: expected a list of 3 numbers from 0.01 to 10 [m], got [1, 2, 3, 4]",
     'box: {size: [1, "2", 3]}': "box.size[1]: expected a number from 0.01 to 10 [m], got '2'; write it without quotes",
     "box: {pose: [0, 0, 1000]}": "box.pose[2]: expected a number from -100 to 100 [rad], got 1000",
-    "box: [0.2, 0.3]": "box: expected a section (size, mass, pose), got [0.2, 0.3]",
+    "box: [0.2, 0.3]": "box: expected a section (size, mass, pose, velocity), got [0.2, 0.3]",
     "noise: ": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got nothing",
     "noise: off": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got false",
     "team: {robots: 0}": "team.robots: expected a whole number from 1 to 64, got 0",

@@ -94,7 +94,12 @@ def test_native_fixture_has_the_defaults() -> None:
         return [value for value in section.model_dump().values() if isinstance(value, float)]
 
     assert numbers(r"config\.arena = {(.*?), SWE") == values(config.arena)
-    assert numbers(r"config\.box = {(.*)};") == [*config.box.size, config.box.mass, *config.box.pose]
+    assert numbers(r"config\.box = {(.*)};") == [
+        *config.box.size,
+        config.box.mass,
+        *config.box.pose,
+        *config.box.velocity,
+    ]
     assert numbers(r"config\.emitter = {(.*), SWE") == [
         *config.emitter.position,
         config.emitter.range,
@@ -107,8 +112,6 @@ def test_native_fixture_has_the_defaults() -> None:
     assert numbers(r"config\.noise = {(.*)};") == values(config.noise)
     assert numbers(r"config\.physics = {(.*)};") == values(config.physics)
     assert numbers(r"config\.episode = {(.*)};") == values(config.episode)
-    poses = np.array(numbers(r"start_poses = {((?:.|\n)*?)}\)").copy())
-    assert len(poses) > 0
 
 
 # ---- scenes ----------------------------------------------------------------------------------------------------------
@@ -296,12 +299,12 @@ def test_bad_calls_are_one_clear_error() -> None:
 def test_a_thousand_random_episodes_leave_the_world_whole() -> None:
     n = 1000
     scene = Scene(Config())
-    episodes = simulate(scene, networks(n), keys(n), cloned(n), ["pose", "box"] if n < 50 else (), threads=2)
-    steps = n * scene.info.control_steps * 5
+    episodes = simulate(scene, networks(n), keys(n), cloned(n), threads=2)
+    steps = n * scene.info.control_steps * 2
     assert np.all(episodes.status == 0)
     assert episodes.max_penetration.max() < 0.001  # walls, floor, box and robots [m]
-    assert episodes.max_lift.max() < 0.001  # nothing flies [m]
-    assert episodes.min_upright.min() > 0.99  # nothing falls over
+    assert episodes.max_lift.max() < 0.003  # nothing flies; a robot shoved sideways lifts a wheel [m]
+    assert episodes.min_upright.min() > 0.98  # nothing falls over
     assert episodes.unsolved_steps.sum() == 0
     assert episodes.ode_messages.sum() < 10e-6 * steps
     half = 0.5 - 0.09 + 1e-3

@@ -32,10 +32,10 @@ constexpr double kLargestCorrection = 0.1;
 constexpr double kRestingSpeed = 1e-4, kRestingSpin = 1e-3;
 // Below this speed friction on the box acts along its edges, above along its motion [m/s].
 constexpr double kSlidingSpeed = 1e-3;
-// How often a step is tried when ODE's solver stalls, each time with other contact softnesses.
-constexpr int kAttempts = 4;
+// How often a step is halved at most where ODE's solver stalls.
+constexpr int kDeepestHalving = 4;
 // Length of the step that a collision takes, and the shortest step that is cut for one [s].
-constexpr double kBlow = 2.5e-4, kShortestCut = 1e-3;
+constexpr double kBlow = 2.5e-4, kShortestCut = 1e-3, kHair = 2e-5;
 constexpr int kWalls = 4, kBoxCorners = 4;
 
 // Potential above rest and kinetic energy [J].
@@ -64,7 +64,8 @@ struct World::Impl {
         int number;  // of its body in `average`
         std::unique_ptr<Drive> drive;
         std::vector<double> resting_heights;  // of its bodies [m]
-        bool is_free = true;                  // nothing but the floor touches it in this step
+        bool is_free = true;                  // nothing but the floor is near in this step
+        bool coasts = false;                  // and so it needs no solver
         bool pushing = false;
         Vector push_normal{};   // from the box to the robot
         dJointFeedback push{};  // on the box, by the last step
@@ -76,10 +77,10 @@ struct World::Impl {
     AverageVelocity average;
     std::vector<Robot> robots;
     dBodyID box;
-    int box_number;                 // in `average`
-    std::vector<dBodyID> bodies;    // all
-    std::vector<BodyState> before;  // the step: states of `bodies`
-    double reach;                   // gap below which a side contact is made [m]
+    bool box_sleeps = false;      // in this step
+    int box_number;               // in `average`
+    std::vector<dBodyID> bodies;  // all
+    double reach;                 // gap below which a side contact is made [m]
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
 
@@ -136,10 +137,11 @@ struct World::Impl {
 
     static Solid solid(const Robot& robot) { return {robot.drive->body(), robot.number}; }
 
-    // A contact between sides: horizontal normal, friction along the horizontal tangent only.
+    // A contact between sides: horizontal normal, friction along the horizontal tangent only. nullptr if the bodies
+    // cannot meet in this step.
     dJointID add_side_contact(const Solid& first, const Solid& second, double x, double y, double height,
                               double normal_x, double normal_y, double gap) {
-        average.note({first.number, second.number, x, y, normal_x, normal_y, gap});
+        if (gap >= reach || !average.note({first.number, second.number, x, y, normal_x, normal_y, gap})) return nullptr;
         return contacts.add(first.body, second.body, {x, y, height}, {normal_x, normal_y, 0}, gap,
                             {{-normal_y, normal_x, 0}, scene.physics.side_friction, 0, 0});
     }
@@ -151,10 +153,9 @@ struct World::Impl {
         constexpr double normals[kWalls][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
         bool near = false;
         for (int wall = 0; wall < kWalls; ++wall) {
-            if (gaps[wall] >= reach) continue;
             const double nx = normals[wall][0], ny = normals[wall][1], to_wall = radius + gaps[wall];
-            add_side_contact(body, kWallSolid, x - nx * to_wall, y - ny * to_wall, height, nx, ny, gaps[wall]);
-            near = true;
+            near |= add_side_contact(body, kWallSolid, x - nx * to_wall, y - ny * to_wall, height, nx, ny,
+                                     gaps[wall]) != nullptr;
         }
         return near;
     }
@@ -165,9 +166,10 @@ struct World::Impl {
         const double square = dx * dx + dy * dy;
         if (square >= limit * limit || square == 0) return;
         const double distance = std::sqrt(square);
-        add_side_contact(solid(first), solid(second), (p[0] + q[0]) / 2, (p[1] + q[1]) / 2, scene.robot.centre_of_mass,
-                         dx / distance, dy / distance, distance - 2 * scene.robot.radius);
-        first.is_free = second.is_free = false;
+        if (add_side_contact(solid(first), solid(second), (p[0] + q[0]) / 2, (p[1] + q[1]) / 2,
+                             scene.robot.centre_of_mass, dx / distance, dy / distance,
+                             distance - 2 * scene.robot.radius))
+            first.is_free = second.is_free = false;
     }
 
     void add_push_contact(Robot& robot, const Pose& at, double cosine, double sine) {
@@ -175,15 +177,14 @@ struct World::Impl {
         const double dx = p[0] - at.x, dy = p[1] - at.y;
         const Separation s = separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
                                                            scene.box.size[0] / 2, scene.box.size[1] / 2);
-        const double gap = s.distance - scene.robot.radius;
-        robot.pushing = gap < reach;
-        if (!robot.pushing) return;
-        robot.is_free = false;
         robot.push_normal = {cosine * s.normal_x - sine * s.normal_y, sine * s.normal_x + cosine * s.normal_y, 0};
         const dJointID joint = add_side_contact(
             solid(robot), {box, box_number}, at.x + cosine * s.nearest_x - sine * s.nearest_y,
             at.y + sine * s.nearest_x + cosine * s.nearest_y, std::min(scene.box.size[2], scene.robot.height) / 2,
-            robot.push_normal[0], robot.push_normal[1], gap);
+            robot.push_normal[0], robot.push_normal[1], s.distance - scene.robot.radius);
+        robot.pushing = joint != nullptr;
+        if (!robot.pushing) return;
+        robot.is_free = false;
         if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) dJointSetFeedback(joint, &robot.push);
     }
 
@@ -212,8 +213,8 @@ struct World::Impl {
     }
 
     // All contacts of a step of this length [s].
-    void add_all_contacts(double time_step, int attempt) {
-        contacts.begin(time_step, attempt);
+    void add_all_contacts(double time_step, bool soft) {
+        contacts.begin(time_step, soft);
         average.begin(time_step);
         for (const Robot& robot : robots) {
             const Vector aim = robot.drive->intended_velocity();
@@ -229,19 +230,32 @@ struct World::Impl {
             add_push_contact(robots[i], at, cosine, sine);
         }
         bool box_is_alone = true;
-        for (const Robot& robot : robots) {
-            robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
+        for (Robot& robot : robots) {
+            robot.coasts = robot.is_free && robot.drive->can_coast(time_step);
+            set_enabled(robot.drive->body(), !robot.coasts);
+            if (!robot.coasts) robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
             box_is_alone &= !robot.pushing;
         }
         // A box at rest with nobody near stays as it is: it costs nothing until a robot comes.
-        if (box_is_alone && box_rests()) {
+        box_sleeps = box_is_alone && box_rests();
+        if (box_sleeps) {
             dBodySetLinearVel(box, 0, 0, 0);
             dBodySetAngularVel(box, 0, 0, 0);
-            dBodyDisable(box);
         } else {
-            dBodyEnable(box);
             add_box_contacts(cosine, sine);
         }
+        set_enabled(box, !box_sleeps);
+    }
+
+    static void set_enabled(dBodyID body, bool enabled) {
+        if (enabled)
+            dBodyEnable(body);
+        else
+            dBodyDisable(body);
+    }
+
+    bool nothing_to_solve() const {
+        return box_sleeps && std::all_of(robots.begin(), robots.end(), [](const Robot& robot) { return robot.coasts; });
     }
 
     // ---- the step ----
@@ -250,12 +264,14 @@ struct World::Impl {
     // friction would act before the blow as it does after it.
     void step() {
         const double whole = scene.physics.time_step;
-        add_all_contacts(whole, 0);
+        add_all_contacts(whole, false);
         const double collision = average.first_collision();
         if (whole > kShortestCut && collision < whole - kBlow) {
-            if (collision > kBlow) solve(collision, false);
+            // A hair short of it: a gap that closes exactly at the end of a step would tie the solver's rows.
+            const double run_up = collision > kBlow ? collision - kHair : 0;
+            if (run_up > 0) solve(run_up, false);
             solve(kBlow, false);
-            solve(whole - kBlow - (collision > kBlow ? collision : 0), false);
+            solve(whole - kBlow - run_up, false);
         } else {
             solve(whole, true);
         }
@@ -263,23 +279,32 @@ struct World::Impl {
     }
 
     // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP internal error"):
-    // robots would sink into the floor. Then the step is taken back and tried again with softer contacts.
-    void solve(double time_step, bool contacts_are_made) {
-        before.clear();
+    // robots would sink into the floor. Then the step is taken back and tried again, first with softer contacts, no two
+    // alike, then in two halves.
+    void solve(double time_step, bool contacts_are_made, int depth = 0) {
+        std::vector<BodyState> before;
         for (const dBodyID body : bodies) before.push_back(state_of(body));
-        for (int attempt = 0;; ++attempt) {
-            if (attempt > 0 || !contacts_are_made) add_all_contacts(time_step, attempt);
-            const unsigned warnings = ode.step(time_step);
+        for (const bool soft : {false, true}) {
+            if (soft || !contacts_are_made) add_all_contacts(time_step, soft);
+            const unsigned warnings = nothing_to_solve() ? 0 : ode.step(time_step);
             messages += warnings;
-            if (warnings == 0) break;
-            if (attempt + 1 == kAttempts) {
-                ++unsolved;
-                break;
-            }
+            if (warnings == 0) return finish(time_step);
+            if (soft && depth == kDeepestHalving) break;
             for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
         }
+        if (depth == kDeepestHalving) {
+            ++unsolved;
+            return finish(time_step);
+        }
+        solve(time_step / 2, false, depth + 1);
+        solve(time_step / 2, false, depth + 1);
+    }
+
+    void finish(double time_step) {
         // The reference model runs at steps that need no correction.
         if (scene.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) average.apply();
+        for (const Robot& robot : robots)
+            if (robot.coasts) robot.drive->coast(time_step);
     }
 
     void note_extremes() {

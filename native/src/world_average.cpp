@@ -11,6 +11,10 @@ namespace {
 constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
 // Bodies this near to each other touch [m]; if they then near each other faster than this, they collide [m/s].
 constexpr double kContactGap = 1e-5, kGentle = 1e-3;
+// Speed that others may give a body within a step, beyond what it does and means to do [m/s].
+constexpr double kShove = 0.1;
+// Gap that may be closed in any step, however short [m].
+constexpr double kSlack = 1e-4;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -53,6 +57,13 @@ double AverageVelocity::approach(const Touch& touch, Motion Body::*when) const {
         speed += number == touch.first ? -along : along;
     }
     return speed;
+}
+
+bool AverageVelocity::note(const Touch& touch) {
+    const double speed = std::fmax(approach(touch, &Body::before), approach(touch, &Body::intended));
+    if (touch.gap > (speed + kShove) * time_step_ + kSlack) return false;
+    touches_.push_back(touch);
+    return true;
 }
 
 // When in the step bodies collide [s]. Only if they both move towards each other and mean to: one that is about to stop

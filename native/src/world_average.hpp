@@ -45,7 +45,8 @@ class AverageVelocity {
     // The velocity on the floor that a body's drive is about to give it [m/s]; its present one if it has no drive.
     void intend(int body, double x, double y);
 
-    void note(const Touch& touch) { touches_.push_back(touch); }
+    // False, and not noted, if the bodies cannot meet in the step: they keep apart and do not mean to meet.
+    bool note(const Touch& touch);
 
     // When in the step bodies first collide [s]; infinity if none do.
     double first_collision() const;

@@ -11,8 +11,8 @@ constexpr Vector kUp = {0, 0, 1};
 // Pitch of a robot at the start [rad]: it moves by micrometres until it hangs still. Perfect symmetry would make rows
 // of the contact problem tie, and ODE's solver stall.
 constexpr double kStartPitch = -1e-4;
-// Below this, a robot's lag behind its wheels' speed does not tell which way it is about to pitch [m/s].
-constexpr double kSteady = 0.002;
+// A robot that pitches or rolls faster than this [rad/s], or leans farther to a side than this (sine), is not at ease.
+constexpr double kCalmSpin = 0.05, kCalmRoll = 0.003;
 // Leaning farther than this (sine of the roll), a robot fell over.
 constexpr double kFallen = 0.87;
 
@@ -93,35 +93,81 @@ class DrivenContacts : public FloorDrive {
         const double half_turn = turning_rate(is_free) * time_step / 2;
         const Vector rolling = turned(level.forward, half_turn);
         const dReal* centre = dBodyGetPosition(body());
+        const bool is_level = std::abs(axis(body(), 1)[2]) < kCalmRoll;
         for (const Side side : {left, right}) {
             const Vector hub = to_world(body(), wheel_centre(scene_.robot, side));
             const Vector foot = below(hub, scene_.robot.wheel_radius, level.down_in_wheel_plane);
             const Vector offset = turned({foot[0] - centre[0], foot[1] - centre[1], 0}, half_turn);
             const Vector point = {centre[0] + offset[0], centre[1] + offset[1], foot[2]};
             // Both wheels resist a slide along their common axle: one row of twice the strength does the same, unless
-            // a shove loads them unevenly.
-            const double across = !is_free ? mu : side == left ? 2 * mu : 0;
+            // the robot leans to a side.
+            const double across = !is_level ? mu : side == left ? 2 * mu : 0;
             contacts.add(body(), nullptr, point, kUp, point[2], {rolling, mu, across, rim_speeds_[side]});
         }
-        // One caster at a time can touch. A free robot's own start or stop tells which; after a shove either may.
-        const int end = leading_caster(level.forward);
-        add_caster_contact(contacts, end, level.forward, scene_.robot.centre_of_mass);
-        if (!is_free) add_caster_contact(contacts, -end, level.forward, scene_.robot.centre_of_mass);
+        for (const int end : {1, -1}) add_caster_contact(contacts, end, level.forward, scene_.robot.centre_of_mass);
+    }
+
+    // Free wheels that do not slip do what they are told. The forces that this takes must be within their traction;
+    // and the robot must be calm, so that its tilt, of a degree at most, can stay as it is.
+    bool can_coast(double time_step) const override {
+        const dReal *v = dBodyGetLinearVel(body()), *w = dBodyGetAngularVel(body());
+        const Vector x = axis(body(), 0), y = axis(body(), 1);
+        const double tilting = std::abs(w[0]) + std::abs(w[1]) + std::abs(v[2]) / scene_.robot.axle_length;
+        if (tilting > kCalmSpin || std::abs(y[2]) > kCalmRoll || std::abs(x[2]) > 2 * leaning_pitch()) return false;
+        const Wanted wanted = wanted_motion();
+        const double m = scene_.robot.mass, half_axle = scene_.robot.axle_length / 2;
+        const double thrust = m * (wanted.speed - (v[0] * x[0] + v[1] * x[1])) / time_step;
+        const double twist = robot_inertia(scene_.robot).vertical * (wanted.turning - w[2]) / time_step / half_axle;
+        const double sideways = m * (v[0] * y[0] + v[1] * y[1]) / time_step;
+        const double traction = scene_.physics.wheel_friction * m * scene_.physics.gravity;
+        return std::abs(thrust) + std::abs(twist) < traction && std::abs(sideways) < traction;
+    }
+
+    void coast(double time_step) override {
+        const dReal *p = dBodyGetPosition(body()), *v = dBodyGetLinearVel(body()), *q = dBodyGetQuaternion(body());
+        const Wanted wanted = wanted_motion();
+        const Vector forward = level_of(body()).forward;
+        // Coulomb friction needs |change| / (mu g) to change the speed; on average the change comes half that late.
+        const double change = wanted.speed - (v[0] * forward[0] + v[1] * forward[1]);
+        const double late = std::abs(change) / (scene_.physics.wheel_friction * scene_.physics.gravity) / 2;
+        const double turn_change = wanted.turning - dBodyGetAngularVel(body())[2];
+        const double turn_late = std::abs(turn_change) / largest_turning_change() / 2;
+        const double turn = wanted.turning * time_step - turn_change * turn_late;
+        const Vector mean = turned(forward, turn / 2);
+        const double way = wanted.speed * time_step - change * late;
+
+        dQuaternion turn_quaternion, after;
+        dQFromAxisAndAngle(turn_quaternion, 0, 0, 1, turn);
+        dQMultiply0(after, turn_quaternion, q);
+        dBodySetPosition(body(), p[0] + way * mean[0], p[1] + way * mean[1], p[2]);
+        dBodySetQuaternion(body(), after);
+        dBodySetLinearVel(body(), wanted.speed * mean[0], wanted.speed * mean[1], 0);
+        dBodySetAngularVel(body(), 0, 0, wanted.turning);
     }
 
   private:
-    // About the vertical in the coming step [rad/s]: as the wheels will turn it, or as a robot in a crowd turns.
-    double turning_rate(bool is_free) const {
-        return is_free ? (rim_speeds_[right] - rim_speeds_[left]) / scene_.robot.axle_length
-                       : dBodyGetAngularVel(body())[2];
+    // What rolling wheels do to the body.
+    struct Wanted {
+        double speed;    // forward [m/s]
+        double turning;  // about the vertical [rad/s]
+    };
+
+    Wanted wanted_motion() const {
+        return {(rim_speeds_[left] + rim_speeds_[right]) / 2,
+                (rim_speeds_[right] - rim_speeds_[left]) / scene_.robot.axle_length};
     }
 
-    // +1 front, -1 rear: a robot that is about to speed up leans back, one that brakes leans forward.
-    int leading_caster(const Vector& forward) const {
-        const dReal* v = dBodyGetLinearVel(body());
-        const double lag = (rim_speeds_[left] + rim_speeds_[right]) / 2 - (v[0] * forward[0] + v[1] * forward[1]);
-        if (std::abs(lag) > kSteady) return lag > 0 ? -1 : 1;
-        return axis(body(), 0)[2] > 0 ? -1 : 1;
+    // By both wheels' traction [rad/s^2].
+    double largest_turning_change() const {
+        return traction_limit(scene_) * scene_.robot.axle_length / 2 / robot_inertia(scene_.robot).vertical;
+    }
+
+    // Sine of the pitch of a robot that leans on a caster.
+    double leaning_pitch() const { return scene_.robot.caster_clearance / scene_.robot.caster_offset; }
+
+    // About the vertical in the coming step [rad/s]: as the wheels will turn it, or as a robot in a crowd turns.
+    double turning_rate(bool is_free) const {
+        return is_free ? wanted_motion().turning : dBodyGetAngularVel(body())[2];
     }
 };
 
@@ -157,6 +203,9 @@ class Articulated : public FloorDrive {
         const Vector forward = level_of(body()).forward;
         for (const int end : {1, -1}) add_caster_contact(contacts, end, forward, chassis_centre_);
     }
+
+    bool can_coast(double) const override { return false; }
+    void coast(double) override {}
 
   private:
     // What is left of the robot without its wheels, such that all together have the robot's mass, centre and inertia.

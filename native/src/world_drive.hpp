@@ -27,6 +27,12 @@ class Drive {
     // Where its wheels want to take it, on the floor [m/s].
     virtual Vector intended_velocity() const = 0;
 
+    // Nothing but the floor is near. Can the coming step be taken in closed form?
+    virtual bool can_coast(double time_step) const = 0;
+
+    // Takes it, without ODE.
+    virtual void coast(double time_step) = 0;
+
     // All its bodies; the first is the one that robots and box run into, its pose is the robot's.
     const std::vector<dBodyID>& bodies() const { return bodies_; }
     dBodyID body() const { return bodies_.front(); }

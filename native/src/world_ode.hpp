@@ -60,9 +60,9 @@ class Contacts {
     Contacts(const Contacts&) = delete;
     Contacts& operator=(const Contacts&) = delete;
 
-    // Forgets all contacts; the next are for a step of this length [s]. From the second attempt at a step on, contacts
-    // are softer, and no two alike, so that no two of the solver's rows tie.
-    void begin(double time_step, int attempt);
+    // Forgets all contacts; the next are for a step of this length [s]. Soft ones give a little, no two alike, so that
+    // no two of the solver's rows tie.
+    void begin(double time_step, bool soft);
 
     // `gap` < 0 is an overlap; a gap that is open may close within the step, no more. The normal points from `second`
     // (nullptr: the floor or a wall) to `first`. Points, directions and gaps in the world [m].
@@ -79,7 +79,7 @@ class Contacts {
     dWorldID world_;
     dJointGroupID group_;
     double time_step_ = 0;
-    int attempt_ = 0;
+    bool soft_ = false;
     unsigned count_ = 0;
     double deepest_overlap_ = 0;
 };

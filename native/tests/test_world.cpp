@@ -149,7 +149,7 @@ TEST_CASE("the force on the box is that of the wheels") {
 
 TEST_CASE("an assertion of ODE becomes an error") {
     CHECK_THROWS_AS(provoke_ode_assertion(), Error);
-    CHECK_THROWS_WITH(provoke_ode_assertion(), doctest::Contains("stepsize"));
+    CHECK_THROWS_WITH(provoke_ode_assertion(), doctest::Contains("bad world argument"));
     const Fixture fixture;  // and others go on
     const Scene scene = fixture.scene();
     World world(scene, scene.start_poses);

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "fixture.hpp"
+#include "world.hpp"
+
+using namespace swarmevo;
+
+namespace {
+
+void run(World& world, double seconds, double time_step) {
+    for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();
+}
+
+}  // namespace
+
+TEST_CASE("a sliding box stops after v^2 / (2 mu g), at every time step") {
+    for (const double time_step : {0.001, 0.005, 0.02, 0.05})
+        for (const double speed : {0.1, 0.5, 1.5}) {
+            Fixture fixture({-0.4, -0.4, 0});
+            fixture.without_noise().box_at(0, 0, 0.7).config.physics.time_step = time_step;
+            fixture.config.box.velocity[0] = 0.6 * speed;
+            fixture.config.box.velocity[1] = 0.8 * speed;
+            const Scene scene = fixture.scene();
+            World world(scene, scene.start_poses);
+            run(world, 1, time_step);
+            const double way = speed * speed / (2 * scene.physics.box_friction * scene.physics.gravity);
+            const Pose box = world.box_pose();
+            CHECK(std::hypot(box.x, box.y) == doctest::Approx(way).epsilon(0.01));
+            CHECK(std::atan2(box.y, box.x) == doctest::Approx(std::atan2(0.8, 0.6)).epsilon(1e-3));
+            CHECK(box.heading == doctest::Approx(0.7).epsilon(1e-3));
+        }
+}
+
+TEST_CASE("a robot that starts lags behind its wheels by v^2 / (2 mu g), at every time step") {
+    for (const double time_step : {0.0005, 0.02, 0.05}) {
+        Fixture fixture({-0.3, -0.2, 0});
+        fixture.without_noise().config.physics.time_step = time_step;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        world.set_rim_speeds(0, 0.12, 0.12);
+        run(world, 2, time_step);
+        const double lag = 0.12 * 0.12 / (2 * scene.physics.wheel_friction * scene.physics.gravity);
+        CHECK(world.robot_pose(0).x + 0.3 == doctest::Approx(0.24 - lag).epsilon(0.002));
+    }
+}
+
+TEST_CASE("a robot that runs into a wall between two steps stops at the wall") {
+    for (const double time_step : {0.01, 0.02, 0.05})
+        for (int phase = 0; phase < 10; ++phase) {  // of the collision in its step
+            Fixture fixture({0.3 - 0.0006 * phase, 0, 0});
+            fixture.without_noise().config.physics.time_step = time_step;
+            const Scene scene = fixture.scene();
+            World world(scene, scene.start_poses);
+            world.set_rim_speeds(0, 0.12, 0.12);
+            run(world, 2, time_step);
+            CHECK(world.robot_pose(0).x == doctest::Approx(0.465).epsilon(1e-4));
+            CHECK(world.extremes().penetration < 1e-4);
+            CHECK(world.ode_messages() == 0);
+        }
+}
