@@ -253,6 +253,13 @@ std::vector<Pose> copy_poses(const swe_team_config& team) {
     return poses;
 }
 
+std::array<Scene::Direction, SWE_INFRARED_SENSORS> directions(const double (&yaw_deg)[SWE_INFRARED_SENSORS]) {
+    std::array<Scene::Direction, SWE_INFRARED_SENSORS> rays;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        rays[i] = {std::cos(yaw_deg[i] * kRadiansPerDegree), std::sin(yaw_deg[i] * kRadiansPerDegree)};
+    return rays;
+}
+
 unsigned ratio(double whole, double part) {
     return static_cast<unsigned>(std::lround(whole / part));
 }
@@ -270,6 +277,7 @@ Scene::Scene(const swe_scene_config& config)
       physics(config.physics),
       episode(config.episode),
       start_poses(copy_poses(config.team)),
+      infrared_rays(directions(config.sensors.infrared_yaw_deg)),
       robots(config.team.robots),
       control_steps(ratio(config.episode.horizon, config.episode.control_period)),
       substeps(ratio(config.episode.control_period, config.physics.time_step)) {}

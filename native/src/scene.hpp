@@ -2,6 +2,7 @@
 // The immutable description of an experiment's world. Validated once, then shared by all threads.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,10 @@ class Scene {
 
     // Derived once.
     const std::vector<Pose> start_poses;  // empty if starts are random
+    struct Direction {
+        double x, y;  // of a unit vector in the robot's own frame
+    };
+    const std::array<Direction, SWE_INFRARED_SENSORS> infrared_rays;
     const unsigned robots;
     const unsigned control_steps;  // in an episode
     const unsigned substeps;       // time steps in a control step

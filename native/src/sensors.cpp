@@ -87,8 +87,9 @@ double ray_to_rectangle(double x, double y, double dx, double dy, const Pose& po
 
 double infrared_distance(const Scene& scene, const Snapshot& now, unsigned robot, unsigned sensor) {
     const Pose& me = now.robots[robot];
-    const double bearing = me.heading + scene.sensors.infrared_yaw_deg[sensor] * kRadiansPerDegree;
-    const double dx = std::cos(bearing), dy = std::sin(bearing);
+    const double cosine = std::cos(me.heading), sine = std::sin(me.heading);
+    const Scene::Direction ray = scene.infrared_rays[sensor];
+    const double dx = cosine * ray.x - sine * ray.y, dy = sine * ray.x + cosine * ray.y;
     // The sensor sits on the body's rim and looks straight out.
     const double x = me.x + scene.robot.radius * dx, y = me.y + scene.robot.radius * dy;
 

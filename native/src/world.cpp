@@ -28,8 +28,8 @@ namespace {
 
 // Speed at which overlaps are pushed apart, at most [m/s]: about a robot's top speed.
 constexpr double kLargestCorrection = 0.1;
-// The box sleeps when slower than this [m/s] and [rad/s], and no robot is near.
-constexpr double kRestingSpeed = 1e-4, kRestingSpin = 1e-3;
+// A body slower than this is at rest [m/s], [rad/s].
+constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4;
 // Below this speed friction on the box acts along its edges, above along its motion [m/s].
 constexpr double kSlidingSpeed = 1e-3;
 // How often a step is halved at most where ODE's solver stalls.
@@ -66,6 +66,7 @@ struct World::Impl {
         std::vector<double> resting_heights;  // of its bodies [m]
         bool is_free = true;                  // nothing but the floor is near in this step
         bool coasts = false;                  // and so it needs no solver
+        bool is_steady = false;               // its wheels' speeds are those of the last step
         bool pushing = false;
         Vector push_normal{};   // from the box to the robot
         dJointFeedback push{};  // on the box, by the last step
@@ -77,7 +78,6 @@ struct World::Impl {
     AverageVelocity average;
     std::vector<Robot> robots;
     dBodyID box;
-    bool box_sleeps = false;      // in this step
     int box_number;               // in `average`
     std::vector<dBodyID> bodies;  // all
     double reach;                 // gap below which a side contact is made [m]
@@ -207,8 +207,8 @@ struct World::Impl {
         }
     }
 
-    bool box_rests() const {
-        const dReal *v = dBodyGetLinearVel(box), *w = dBodyGetAngularVel(box);
+    static bool rests(dBodyID body) {
+        const dReal *v = dBodyGetLinearVel(body), *w = dBodyGetAngularVel(body);
         return std::hypot(v[0], v[1], v[2]) < kRestingSpeed && std::hypot(w[0], w[1], w[2]) < kRestingSpin;
     }
 
@@ -229,22 +229,34 @@ struct World::Impl {
             for (std::size_t j = 0; j < i; ++j) add_robot_contacts(robots[i], robots[j]);
             add_push_contact(robots[i], at, cosine, sine);
         }
-        bool box_is_alone = true;
+        const std::vector<char> rest = who_rests();
         for (Robot& robot : robots) {
             robot.coasts = robot.is_free && robot.drive->can_coast(time_step);
-            set_enabled(robot.drive->body(), !robot.coasts);
-            if (!robot.coasts) robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
-            box_is_alone &= !robot.pushing;
+            const bool is_solved = !robot.coasts && !rest[robot.number];
+            set_enabled(robot.drive->body(), is_solved);
+            if (is_solved) robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
         }
-        // A box at rest with nobody near stays as it is: it costs nothing until a robot comes.
-        box_sleeps = box_is_alone && box_rests();
-        if (box_sleeps) {
-            dBodySetLinearVel(box, 0, 0, 0);
-            dBodySetAngularVel(box, 0, 0, 0);
-        } else {
-            add_box_contacts(cosine, sine);
-        }
-        set_enabled(box, !box_sleeps);
+        set_enabled(box, !rest[box_number]);
+        if (!rest[box_number]) add_box_contacts(cosine, sine);
+    }
+
+    // Who stays as it is in this step, by number: at rest after the last one, under the same forces, and all that touch
+    // it alike. Among them are a box left alone and robots that push in vain.
+    std::vector<char> who_rests() const {
+        std::vector<char> rest;
+        // Forces settle a little later than motions: not good enough for a sensor of force.
+        const bool may_rest = scene.sensors.touch_mode != SWE_TOUCH_MODE_FORCE;
+        for (const Robot& robot : robots)
+            rest.push_back(may_rest && !robot.is_free && robot.is_steady && rests(robot.drive->body()));
+        rest.push_back(rests(box));
+        const auto wake_up = [&](const AverageVelocity::Touch& touch) {
+            if (touch.second == AverageVelocity::kWall || rest[touch.first] == rest[touch.second]) return false;
+            rest[touch.first] = rest[touch.second] = false;
+            return true;
+        };
+        const auto& touches = average.touches();
+        while (std::any_of(touches.begin(), touches.end(), wake_up)) continue;
+        return rest;
     }
 
     static void set_enabled(dBodyID body, bool enabled) {
@@ -255,7 +267,7 @@ struct World::Impl {
     }
 
     bool nothing_to_solve() const {
-        return box_sleeps && std::all_of(robots.begin(), robots.end(), [](const Robot& robot) { return robot.coasts; });
+        return std::none_of(bodies.begin(), bodies.end(), [](dBodyID body) { return dBodyIsEnabled(body); });
     }
 
     // ---- the step ----
@@ -303,8 +315,10 @@ struct World::Impl {
     void finish(double time_step) {
         // The reference model runs at steps that need no correction.
         if (scene.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) average.apply();
-        for (const Robot& robot : robots)
+        for (Robot& robot : robots) {
             if (robot.coasts) robot.drive->coast(time_step);
+            robot.is_steady = true;
+        }
     }
 
     void note_extremes() {
@@ -323,6 +337,7 @@ World::~World() = default;
 
 void World::set_rim_speeds(unsigned robot, double left, double right) {
     impl_->robots[robot].drive->set_rim_speeds(left, right);
+    impl_->robots[robot].is_steady = false;
 }
 
 void World::step() {

@@ -48,6 +48,8 @@ class AverageVelocity {
     // False, and not noted, if the bodies cannot meet in the step: they keep apart and do not mean to meet.
     bool note(const Touch& touch);
 
+    const std::vector<Touch>& touches() const { return touches_; }  // noted since begin()
+
     // When in the step bodies first collide [s]; infinity if none do.
     double first_collision() const;
 
