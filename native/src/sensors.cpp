@@ -2,6 +2,7 @@
 #include "sensors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -25,16 +26,58 @@ double infrared_range(const Scene& scene) {
     return scene.sensors.infrared_curve[scene.sensors.infrared_curve_points - 1][0];
 }
 
-// Could any ray of the robot reach something? Most robots are in the open most of the time.
-bool anything_near(const Scene& scene, const Snapshot& now, unsigned robot, double reach) {
+// What the rays of one robot can meet: most robots are in the open most of the time.
+struct Surroundings {
+    std::array<const Pose*, SWE_MAX_ROBOTS> robots;
+    unsigned n_robots = 0;
+    bool walls = false, box = false;
+
+    bool empty() const { return n_robots == 0 && !walls && !box; }
+};
+
+// Within `reach` of its centre.
+Surroundings surroundings_of(const Scene& scene, const Snapshot& now, unsigned robot, double reach) {
     const Pose& me = now.robots[robot];
-    if (std::max(std::abs(me.x), std::abs(me.y)) + reach > scene.arena.size / 2) return true;
+    Surroundings around;
+    around.walls = std::max(std::abs(me.x), std::abs(me.y)) + reach > scene.arena.size / 2;
     const double limit = square(reach + scene.robot.radius);
     for (unsigned i = 0; i < now.robots.size(); ++i)
-        if (i != robot && square(now.robots[i].x - me.x) + square(now.robots[i].y - me.y) < limit) return true;
-    if (scene.sensors.infrared_target != SWE_INFRARED_TARGET_ALL) return false;
-    const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
-    return square(now.box.x - me.x) + square(now.box.y - me.y) < square(reach + half_diagonal);
+        if (i != robot && square(now.robots[i].x - me.x) + square(now.robots[i].y - me.y) < limit)
+            around.robots[around.n_robots++] = &now.robots[i];
+    if (scene.sensors.infrared_target == SWE_INFRARED_TARGET_ALL) {
+        const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
+        around.box = square(now.box.x - me.x) + square(now.box.y - me.y) < square(reach + half_diagonal);
+    }
+    return around;
+}
+
+double nearest_hit(const Scene& scene, const Snapshot& now, const Surroundings& around, double x, double y, double dx,
+                   double dy) {
+    double distance = kNothing;
+    if (around.walls) distance = ray_to_walls(x, y, dx, dy, scene.arena.size / 2);
+    for (unsigned i = 0; i < around.n_robots; ++i)
+        distance =
+            std::min(distance, ray_to_disc(x, y, dx, dy, around.robots[i]->x, around.robots[i]->y, scene.robot.radius));
+    if (around.box)
+        distance =
+            std::min(distance, ray_to_rectangle(x, y, dx, dy, now.box, scene.box.size[0] / 2, scene.box.size[1] / 2));
+    return distance <= infrared_range(scene) ? distance : kNothing;
+}
+
+// The sensors sit on the body's rim and look straight out.
+std::array<double, SWE_INFRARED_SENSORS> distances_of(const Scene& scene, const Snapshot& now, unsigned robot) {
+    std::array<double, SWE_INFRARED_SENSORS> distances;
+    distances.fill(kNothing);
+    const Surroundings around = surroundings_of(scene, now, robot, scene.robot.radius + infrared_range(scene));
+    if (around.empty()) return distances;
+    const Pose& me = now.robots[robot];
+    const double cosine = std::cos(me.heading), sine = std::sin(me.heading), radius = scene.robot.radius;
+    for (unsigned sensor = 0; sensor < SWE_INFRARED_SENSORS; ++sensor) {
+        const Scene::Direction ray = scene.infrared_rays[sensor];
+        const double dx = cosine * ray.x - sine * ray.y, dy = sine * ray.x + cosine * ray.y;
+        distances[sensor] = nearest_hit(scene, now, around, me.x + radius * dx, me.y + radius * dy, dx, dy);
+    }
+    return distances;
 }
 
 // Relative standard deviation of a reading: grows from contact to the curve's second point, constant from there.
@@ -86,22 +129,7 @@ double ray_to_rectangle(double x, double y, double dx, double dy, const Pose& po
 }
 
 double infrared_distance(const Scene& scene, const Snapshot& now, unsigned robot, unsigned sensor) {
-    const Pose& me = now.robots[robot];
-    const double cosine = std::cos(me.heading), sine = std::sin(me.heading);
-    const Scene::Direction ray = scene.infrared_rays[sensor];
-    const double dx = cosine * ray.x - sine * ray.y, dy = sine * ray.x + cosine * ray.y;
-    // The sensor sits on the body's rim and looks straight out.
-    const double x = me.x + scene.robot.radius * dx, y = me.y + scene.robot.radius * dy;
-
-    double distance = ray_to_walls(x, y, dx, dy, scene.arena.size / 2);
-    for (unsigned i = 0; i < now.robots.size(); ++i)
-        if (i != robot)
-            distance =
-                std::min(distance, ray_to_disc(x, y, dx, dy, now.robots[i].x, now.robots[i].y, scene.robot.radius));
-    if (scene.sensors.infrared_target == SWE_INFRARED_TARGET_ALL)
-        distance =
-            std::min(distance, ray_to_rectangle(x, y, dx, dy, now.box, scene.box.size[0] / 2, scene.box.size[1] / 2));
-    return distance <= infrared_range(scene) ? distance : kNothing;
+    return distances_of(scene, now, robot)[sensor];
 }
 
 double infrared_response(const swe_sensors_config& sensors, double distance) {
@@ -118,9 +146,9 @@ double infrared_response(const swe_sensors_config& sensors, double distance) {
 void sense_infrared(const Scene& scene, const Snapshot& now, const EpisodeKey& key, unsigned step, unsigned robot,
                     double readings[SWE_INFRARED_SENSORS]) {
     std::fill_n(readings, SWE_INFRARED_SENSORS, 0.0);
-    if (!anything_near(scene, now, robot, scene.robot.radius + infrared_range(scene))) return;
+    const auto distances = distances_of(scene, now, robot);
     for (unsigned sensor = 0; sensor < SWE_INFRARED_SENSORS; ++sensor) {
-        const double distance = infrared_distance(scene, now, robot, sensor);
+        const double distance = distances[sensor];
         double reading = infrared_response(scene.sensors, distance);
         if (reading == 0) continue;
         const auto words = draw(key, Purpose::infrared, robot, step, sensor);
