@@ -307,7 +307,7 @@ def simulate(
     scene: Scene,
     policies: NativePolicies,
     episodes: Sequence[EpisodeKey],
-    robot_policies: NDArray[np.uint32],
+    robot_policies: NDArray[np.uint32] | None = None,
     channels: Collection[str] = (),
     threads: int = 1,
 ) -> Episodes:
@@ -318,7 +318,8 @@ def simulate(
         policies: The controllers.
         episodes: One key for each episode. The same episodes give the same bits on any number of threads, in any
             order or division into calls.
-        robot_policies: ``(len(episodes), robots)``: which of ``policies`` drives each robot.
+        robot_policies: ``(len(episodes), robots)``: which of ``policies`` drives each robot. By default policy i is
+            cloned to the whole team of episode i.
         channels: Telemetry to record: keys of ``CHANNELS``.
         threads: Worker threads, 1 to 1024.
 
@@ -328,6 +329,8 @@ def simulate(
     """
     ffi, lib = load()
     keys = _native_episodes(episodes)
+    if robot_policies is None:
+        robot_policies = np.repeat(np.arange(len(episodes), dtype=np.uint32)[:, None], scene.info.robots, axis=1)
     drivers = np.ascontiguousarray(robot_policies, dtype=np.uint32)
     if drivers.shape != (len(episodes), scene.info.robots):
         raise InvalidArgument(

@@ -176,6 +176,12 @@ def test_telemetry_has_its_shapes_and_only_what_was_asked_for() -> None:
         simulate(scene, networks(2), keys(2), cloned(2), ["smell"])
 
 
+def test_by_default_policy_i_drives_the_team_of_episode_i() -> None:
+    scene = Scene(short(1.0))
+    by_hand = simulate(scene, networks(3), keys(3), cloned(3))
+    assert np.array_equal(simulate(scene, networks(3), keys(3)).hash, by_hand.hash)
+
+
 def test_mixed_team_uses_every_robots_own_policy() -> None:
     scene = Scene(short(1.0))
     still, moving = np.zeros((15, 14)), np.zeros((15, 14))
