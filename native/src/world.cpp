@@ -92,7 +92,9 @@ struct World::Impl {
         dWorldSetContactMaxCorrectingVel(ode.id(), kLargestCorrection);
         dWorldSetAutoDisableFlag(ode.id(), 0);
         // Two robots approach each other by at most two thirds of this within a step; the rest is for shoves.
-        reach = 3 * rim_speed(scene.robot, 1, scene.noise.wheels) * scene.physics.time_step;
+        const double fastest = 3 * rim_speed(scene.robot, 1, scene.noise.wheels);
+        const double thrown = std::hypot(scene.box.velocity[0], scene.box.velocity[1]);
+        reach = (fastest + thrown) * scene.physics.time_step;
 
         robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
         for (std::size_t i = 0; i < starts.size(); ++i) add_robot(robots[i], static_cast<int>(i), starts[i]);
@@ -102,9 +104,8 @@ struct World::Impl {
     void add_robot(Robot& robot, int number, const Pose& start) {
         robot.number = number;
         robot.drive = create_drive(scene, ode.id(), start);
-        const double pull = scene.physics.wheel_friction * scene.robot.mass * scene.physics.gravity;
-        average.add_body(robot.drive->body(), {pull / scene.robot.mass, pull * scene.robot.axle_length / 2 /
-                                                                            robot_inertia(scene.robot).vertical});
+        const double pull = traction_limit(scene), twist = pull * scene.robot.axle_length / 2;
+        average.add_body(robot.drive->body(), {pull / scene.robot.mass, twist / robot_inertia(scene.robot).vertical});
         for (const dBodyID body : robot.drive->bodies()) {
             bodies.push_back(body);
             robot.resting_heights.push_back(dBodyGetPosition(body)[2]);

@@ -119,7 +119,7 @@ class DrivenContacts : public FloorDrive {
         const double thrust = m * (wanted.speed - (v[0] * x[0] + v[1] * x[1])) / time_step;
         const double twist = robot_inertia(scene_.robot).vertical * (wanted.turning - w[2]) / time_step / half_axle;
         const double sideways = m * (v[0] * y[0] + v[1] * y[1]) / time_step;
-        const double traction = scene_.physics.wheel_friction * m * scene_.physics.gravity;
+        const double traction = traction_limit(scene_);
         return std::abs(thrust) + std::abs(twist) < traction && std::abs(sideways) < traction;
     }
 
