@@ -18,10 +18,12 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from swarmevo.analysis import Cost, Forecast, FrontPoint, Step, Summary
+    from swarmevo.assessment import Assessment, Outcome, PaperRow
     from swarmevo.doctor import Finding
     from swarmevo.evolution import Progress
     from swarmevo.plugins import PluginEntry, Report
     from swarmevo.protocols import Objective
+    from swarmevo.verification import Report as Verification
 
 _PIPE_WIDTH = 1000  # [characters]: in a pipe no row is wrapped or cut
 _SPARKS = "▁▂▃▄▅▆▇█"
@@ -59,6 +61,20 @@ def progress(done: int, total: int) -> Iterator[Callable[[Progress], None]]:
             bar.update(task, completed=done, description=_short_line(now))
 
         yield observe
+
+
+@contextmanager
+def frames(total: int) -> Iterator[Callable[[int], None]]:
+    """Show on stderr how many frames of a film are drawn: a live bar on a terminal, a line now and then elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal or console.is_dumb_terminal:
+        some = max(1, total // 4)
+        yield lambda done: print(f"frame {done} of {total}", file=sys.stderr) if done % some == 0 else None
+        return
+    columns = (BarColumn(bar_width=None), TextColumn("frame {task.completed:.0f} of {task.total:.0f}"))
+    with Bar(*columns, console=console) as bar:
+        task = bar.add_task("frames", total=total)
+        yield lambda done: bar.update(task, completed=done)
 
 
 def _line(now: Progress) -> str:
@@ -172,6 +188,116 @@ def show_forecast(forecast: Forecast) -> None:
         f"{_duration(forecast.wall_seconds)} in all; evolved teams pressing on the box may take several times longer\n"
         "nothing was written",
     )
+
+
+# ---- tests -----------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def tests() -> Iterator[Callable[[int, int], None]]:
+    """Show the progress of tests on stderr: a live bar on a terminal, nothing elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal or console.is_dumb_terminal:
+        yield lambda done, total: None
+        return
+    columns = (BarColumn(bar_width=None), TextColumn("{task.completed:.0f} of {task.total:.0f} episodes"))
+    with Bar(*columns, console=console, expand=True) as bar:
+        task = bar.add_task("tests")
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def show_assessment(found: Assessment) -> None:
+    """Print the paper's Table II, ours and the paper's side by side, and what else was tested."""
+    from swarmevo.assessment import PAPER
+
+    out = _stdout()
+    out.print(
+        f"{len(found.controllers)} controllers of all trials' fronts, {found.repeats} tests each on fresh seeds. "
+        "Rates are over robots or tests, times means over those that succeeded; (in brackets: the paper)"
+    )
+    paper = {row.robots: row for row in PAPER}
+    heads = ("robots", "homing", "", "any", "all", "time", "", "pushing", "", "time", "")
+    table = _table(*heads, right=True)
+    for row in found.rows:
+        table.add_row(*_table_ii_row(row, paper.get(row.robots)))
+    out.print(table)
+    if found.robustness:
+        out.print(f"\nRobustness, {found.robustness[0].outcome.robots} robots")
+        table = _table("world", "changes", "homing", "time", "pushing", "time")
+        for one in found.robustness:
+            table.add_row(one.name, one.changes, *_outcome(one.outcome))
+        out.print(table)
+    out.print("\nShare of robots with a behaviour of the paper's section VII")
+    for label, share in found.behaviours.items():
+        out.print(f"  {share:4.0%}  {label}")
+
+
+def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str]:
+    homing, home_time, pushing, push_time = _outcome(row)
+    beside = (
+        [f"{paper.homing_rate:.0%}", _time(paper.homing_time), f"{paper.push_rate:.0%}", _time(paper.push_time)]
+        if paper
+        else [""] * 4
+    )
+    brackets = [f"({value})" if value else "" for value in beside]
+    return [
+        str(row.robots),
+        *(homing, brackets[0], f"{row.any_home_rate:.0%}", f"{row.all_home_rate:.0%}", home_time, brackets[1]),
+        *(pushing, brackets[2], push_time, brackets[3]),
+    ]
+
+
+def _outcome(outcome: Outcome) -> list[str]:
+    return [
+        f"{outcome.homing_rate:.0%}",
+        _time(outcome.homing_time),
+        f"{outcome.push_rate:.0%}",
+        _time(outcome.push_time),
+    ]
+
+
+def _time(seconds: float | None) -> str:
+    return "Max" if seconds is None else f"{seconds:.1f} s"
+
+
+# ---- verification ----------------------------------------------------------------------------------------------------
+
+
+_SHOWN_DIFFERENCES = 20  # on the console; --json has them all
+
+
+@contextmanager
+def evaluations() -> Iterator[Callable[[int, int], None]]:
+    """Show on stderr how many evaluations are done; only on a terminal, and gone at the end."""
+    console = Console(stderr=True)
+    if not console.is_terminal or console.is_dumb_terminal:
+        yield lambda done, total: None
+        return
+    columns = (BarColumn(bar_width=None), TextColumn("{task.completed}/{task.total} evaluations", markup=False))
+    with Bar(*columns, console=console, expand=True, transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def show_verification(report: Verification, as_json: bool) -> None:
+    """Print what came of verifying a run."""
+    if as_json:
+        print(json.dumps({"sound": report.is_sound, **dataclasses.asdict(report)}, indent=2))
+        return
+    out = _stdout()
+    out.print(f"{report.checked} of {report.evaluations} evaluations simulated anew, {report.episodes} episodes")
+    for found in report.differences[:_SHOWN_DIFFERENCES]:
+        out.print(
+            f"differs: trial {found.trial}, generation {found.generation}, individual {found.individual}, "
+            f"repeat {found.repeat}, genome {found.genome}, session {found.session}: {', '.join(found.what)}"
+        )
+    if (more := len(report.differences) - _SHOWN_DIFFERENCES) > 0:
+        out.print(f"and {more} more episodes differ; --json lists them")
+    for genome in report.damaged_genomes:
+        out.print(f"damaged: genome {genome} is not what was stored")
+    for line in report.explanations:
+        out.print(f"  {line}")
+    out.print("the same, bit by bit" if report.is_sound else f"{len(report.differences)} episodes differ")
 
 
 # ---- the installation ------------------------------------------------------------------------------------------------

@@ -320,6 +320,15 @@ class Fitness(Protocol):
 
 
 @runtime_checkable
+class ExplainedFitness(Fitness, Protocol):
+    """A fitness that can show how an objective comes about, for the plot beside a replay."""
+
+    def terms(self, telemetry: Telemetry) -> Mapping[str, FloatArray]:
+        """Return for each of an objective's parts its name and its size ``(episodes, steps)``, mean over the robots."""
+        ...
+
+
+@runtime_checkable
 class Optimiser(Protocol):
     """Proposes genomes, learns their costs.
 

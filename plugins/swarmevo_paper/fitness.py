@@ -44,13 +44,18 @@ class BoxPushing:
         # One episode at a time: little memory, and the same bits whichever episodes stand beside it.
         return np.array([[self._f1(*episode)] for episode in episodes]).reshape(-1, 1)
 
+    def terms(self, telemetry: Telemetry) -> dict[str, FloatArray]:
+        """Return the two terms of eq. 1, ``(episodes, steps)`` each, mean over the robots.
+
+        Raises:
+            ValueError: A channel is missing.
+        """
+        motion, pushing = _terms(*(_channel(telemetry, name) for name in self.channels))
+        return {"homing": motion.mean(axis=-1), "pushing": pushing.mean(axis=-1)}
+
     def _f1(self, infrared: FloatArray, touch: FloatArray, rf: FloatArray, command: FloatArray) -> float:
         """Return F1 of one episode: channels without their first axis."""
-        i, b, s = infrared.max(axis=-1), touch.max(axis=-1), rf  # (steps, robots)
-        w = np.maximum(command, 0.0)  # backwards counts as standing
-        w_left, w_right = w[..., 0], w[..., 1]
-        v = (w_left + w_right) / 2
-        motion, pushing = (1 - i) * w_left * w_right * v * s, s * b
+        motion, pushing = _terms(infrared, touch, rf, command)
         if self._sum_covers == "both":
             return float(np.mean(motion + pushing, axis=0).mean())
         return float((np.mean(motion, axis=0) + pushing[-1]).mean())
@@ -87,6 +92,17 @@ class HiddenNeurons:
                 "most that the controller can have"
             )
         return f2[:, np.newaxis]
+
+
+def _terms(
+    infrared: FloatArray, touch: FloatArray, rf: FloatArray, command: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return ``(1 - i) W_L W_R V S`` and ``S B``, each ``(..., robots)``."""
+    i, b, s = infrared.max(axis=-1), touch.max(axis=-1), rf
+    w = np.maximum(command, 0.0)  # backwards counts as standing
+    w_left, w_right = w[..., 0], w[..., 1]
+    v = (w_left + w_right) / 2
+    return (1 - i) * w_left * w_right * v * s, s * b
 
 
 def _channel(telemetry: Telemetry, name: str) -> FloatArray:

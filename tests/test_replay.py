@@ -1,0 +1,469 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A replay is the stored episode, and its page shows it: in a real Chromium, offline."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import shutil
+import threading
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import umsgpack
+from numpy.typing import NDArray
+from PIL import Image
+from playwright.sync_api import Browser, Page
+
+import browser as browsers
+from swarmevo import analysis, cli, config, evolution, replay, replay_scene, replay_server, replay_video
+from swarmevo.config import Config
+from swarmevo.replay import Chosen, Recording, ReplayError
+from swarmevo.store import Store
+
+SHORT = ["episode.horizon=30.0", "evolution.population=4", "evolution.generations=2", "evolution.repeats=2"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a small run."""
+    folder = tmp_path_factory.mktemp("runs") / "small"
+    evolution.begin(folder, config.load("quick", [*SHORT, "evolution.seed=1"]))
+    with Store.open(folder, readonly=False) as store:
+        evolution.evolve(store, 1, lambda _: None)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def settings(run: Path) -> Config:
+    return config.load(run / "config.yaml")
+
+
+@pytest.fixture(scope="module")
+def chosen(run: Path) -> Chosen:
+    with Store.open(run) as store:
+        return replay.choose(store)
+
+
+@pytest.fixture(scope="module")
+def recording(settings: Config, chosen: Chosen) -> Recording:
+    return replay.record(settings, chosen.genes, chosen.key)
+
+
+@pytest.fixture(scope="module")
+def episode(recording: Recording) -> dict[str, Any]:
+    return replay.data(recording, "small, individual 1", "seed 1")
+
+
+def unpacked(chunk: dict[str, Any], name: str, kind: type[np.generic]) -> NDArray[Any]:
+    return np.frombuffer(base64.b64decode(chunk[name]), kind)
+
+
+# ---- which episode ---------------------------------------------------------------------------------------------------
+
+
+def test_the_fronts_best_is_chosen(run: Path, chosen: Chosen) -> None:
+    with Store.open(run) as store:
+        best = analysis.front(store)[0]
+    assert (chosen.genome, chosen.key) == (best.genome, (1, best.trial, best.last_generation, 0))
+
+
+def test_any_stored_episode_can_be_chosen(run: Path) -> None:
+    with Store.open(run) as store:
+        first = replay.choose(store, genome=1, generation=0, repeat=1)
+        stored = store.generation(0, 0)
+    (place,) = np.flatnonzero((stored.genomes == first.genes).all(axis=1))
+    assert first.hash == stored.hash[place, 1]
+    assert first.key == (1, 0, 0, 1)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "message"),
+    [
+        ({"genome": 999}, "there is no individual 999; see: swarmevo show"),
+        ({"repeat": 2}, "expected a repeat from 0 to 1, got 2"),
+        ({"genome": 5, "generation": 0}, "individual 5 was not evaluated in generation 0, but in 1"),
+    ],
+)
+def test_an_episode_that_is_not_stored_is_refused(run: Path, wanted: dict[str, int], message: str) -> None:
+    with Store.open(run) as store, pytest.raises(ReplayError, match=message):
+        replay.choose(store, **wanted)
+
+
+# ---- once more -------------------------------------------------------------------------------------------------------
+
+
+def test_a_replay_is_the_stored_episode(run: Path, chosen: Chosen) -> None:
+    with Store.open(run) as store:
+        recording, warning = replay.replay(store, chosen)
+        stored = store.generation(chosen.key.trial, chosen.key.generation)
+    assert not warning
+    assert recording.hash == chosen.hash
+    place = np.flatnonzero((stored.genomes == chosen.genes).all(axis=1))[0]
+    assert [value for _, value in recording.objectives] == stored.objectives[place, 0].tolist()
+
+
+def test_another_trajectory_is_refused_unless_forced(run: Path, chosen: Chosen) -> None:
+    other = dataclasses.replace(chosen, hash=chosen.hash ^ 1)
+    with Store.open(run) as store:
+        with pytest.raises(ReplayError, match=r"not the stored one \(hash .*the same, so .*--force shows it"):
+            replay.replay(store, other)
+        _, warning = replay.replay(store, other, force=True)
+    assert "not the stored one" in warning
+    assert "--force" not in warning
+
+
+def test_the_reason_is_looked_for_in_the_provenance(run: Path, chosen: Chosen, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = Store.session
+    monkeypatch.setattr(Store, "session", lambda store, id: {**before(store, id), "cpu": "Z80"})
+    with Store.open(run) as store, pytest.raises(ReplayError, match="cpu was Z80, is "):
+        replay.replay(store, dataclasses.replace(chosen, hash=0))
+
+
+def test_the_terms_add_up_to_the_objective(recording: Recording) -> None:
+    (_, f1), *_ = recording.objectives
+    assert list(recording.terms) == ["homing", "pushing"]
+    assert sum(term.mean() for term in recording.terms.values()) == pytest.approx(f1, rel=1e-12)
+
+
+def test_a_team_of_another_size_keeps_its_places(settings: Config, chosen: Chosen) -> None:
+    changes = {"start": "poses", "start_poses": tuple((0.1 * i, -0.4, 0.0) for i in range(5)), "start_jitter": (0, 0)}
+    placed = settings.model_copy(update={"team": settings.team.model_copy(update=changes)})
+    smaller, genes = replay.of_size(placed, chosen.genes, 2)
+    pose = replay.record(smaller, genes, chosen.key).telemetry.pose
+    assert pose is not None
+    assert pose[0, 0, :, 0].tolist() == [0.0, 0.1]
+
+
+def test_genomes_of_their_own_limit_the_team(settings: Config) -> None:
+    own = settings.model_copy(update={"team": settings.team.model_copy(update={"genomes": "individual"})})
+    _, genes = replay.of_size(own, np.arange(10.0), 2)
+    assert genes.tolist() == [0.0, 1.0, 2.0, 3.0]
+    with pytest.raises(ReplayError, match="expected at most 5, for each has its own genome, got 6"):
+        replay.of_size(own, np.arange(10.0), 6)
+
+
+# ---- as data ---------------------------------------------------------------------------------------------------------
+
+
+def test_poses_are_kept_to_a_hair(recording: Recording, episode: dict[str, Any]) -> None:
+    pose = recording.telemetry.pose
+    assert pose is not None
+    (chunk,) = episode["chunks"]
+    kept = unpacked(chunk, "pose", np.int16).reshape(pose[0].shape)
+    unit = np.array([episode["unit"]["position"]] * 2 + [episode["unit"]["heading"]])
+    np.testing.assert_allclose(kept * unit, pose[0], atol=1e-4)
+    assert chunk["steps"] == len(pose[0]) == 300
+
+
+def test_the_gap_is_that_of_the_nearest_corner(settings: Config) -> None:
+    for wall, (axis, sign) in {"north": (1, 1), "south": (1, -1), "east": (0, 1), "west": (0, -1)}.items():
+        arena = settings.arena.model_copy(update={"target_wall": wall})
+        box = np.array([[0.1, -0.2, 0.3], [0.0, 0.1, -2.0]])
+        corners = [
+            (x + a * np.cos(turn) - b * np.sin(turn), y + a * np.sin(turn) + b * np.cos(turn))
+            for x, y, turn in box
+            for a in (0.1375, -0.1375)
+            for b in (0.09, -0.09)
+        ]
+        nearest = 0.5 - (sign * np.array(corners)[:, axis]).reshape(2, 4).max(axis=1)
+        np.testing.assert_allclose(replay._gap(settings.model_copy(update={"arena": arena}), box), nearest, atol=1e-12)
+
+
+def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
+    told = dataclasses.replace(
+        recording.telemetry,
+        homing_time=np.array([[12.34, np.nan, 3.0, np.nan, np.nan]]),
+        push_time=np.array([np.nan]),
+    )
+    facts = dict(replay.facts(dataclasses.replace(recording, telemetry=told)))
+    assert facts["robots at the source"].replace("\N{NO-BREAK SPACE}", " ") == "2 of 5, 3.0 to 12.3 s"
+    assert facts["box at the wall"] == "never"
+    assert list(facts)[:2] == ["F1, box pushing", "F2, hidden neurons"]
+
+
+def test_fewer_steps_on_demand(recording: Recording) -> None:
+    thin = replay.data(recording, "", every=3)
+    assert thin["chunks"][0]["steps"] == 100
+    assert thin["period"] == pytest.approx(0.3)
+
+
+def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[str, Any], settings: Config) -> None:
+    events = list(replay.stream(settings, *(chosen_part(recording)), "small, individual 1", "seed 1"))
+    assert [name for name, _ in events] == ["head", "chunk", "chunk", "chunk", "outcome"]
+    chunks = [chunk for name, chunk in events if name == "chunk"]
+    assert [chunk["steps"] for chunk in chunks] == [100, 100, 100]
+    for name in ("pose", "box", "command", "touch", "rf", "contact", "gap"):
+        streamed = b"".join(base64.b64decode(chunk[name]) for chunk in chunks)
+        assert streamed == base64.b64decode(episode["chunks"][0][name]), name
+    assert events[-1][1] == replay.outcome(recording)
+    assert {**events[0][1], **events[-1][1], "chunks": 0} == {**episode, "chunks": 0}
+
+
+def chosen_part(recording: Recording) -> tuple[Any, Any]:
+    return recording.genes, recording.key
+
+
+def test_the_scene_has_every_node_that_the_player_moves(settings: Config) -> None:
+    commands = [umsgpack.unpackb(base64.b64decode(text)) for text in replay_scene.packed(settings)]
+    paths = {command["path"] for command in commands if command["type"] == "set_object"}
+    for robot in range(5):
+        for node in ("left/tyre", "right/tyre", "touch/0", "touch/3", "halo", "nose", "number"):
+            assert f"/robots/{robot}/{node}" in paths
+    assert {"/box/body", "/arena/target", "/arena/stripe", "/emitter/range/disc"} < paths
+    assert replay_scene.packed(settings) == replay_scene.packed(settings)
+
+
+# ---- as a page -------------------------------------------------------------------------------------------------------
+
+
+def test_three_minutes_fit_into_three_megabytes(settings: Config, chosen: Chosen) -> None:
+    whole = settings.model_copy(update={"episode": settings.episode.model_copy(update={"horizon": 180.0})})
+    page = replay.render([replay.data(replay.record(whole, chosen.genes, chosen.key), "long")], "long")
+    assert len(page.encode()) < 3_000_000
+
+
+def test_text_cannot_become_markup(recording: Recording) -> None:
+    evil = "</script><script>alert(1)</script>"
+    page = replay.render([replay.data(recording, evil)], evil)
+    assert evil not in page
+    assert "<title>&lt;/script&gt;" in page
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with browsers.chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def file(episode: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("pages") / "replay.html"
+    file.write_text(replay.render([episode], "small"))
+    return file
+
+
+def drawn(page: Page) -> None:
+    """Wait until the scene is drawn."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "dark"),
+    [(900, 560, False), (900, 560, True), (360, 640, False)],
+    ids=["light", "dark", "phone"],
+)
+def test_the_page_opens_offline(
+    browser: Browser, file: Path, width: int, height: int, dark: bool, request: pytest.FixtureRequest
+) -> None:
+    with browsers.watch(browser, width, height, dark) as watched:
+        page = watched.open(file)
+        page.evaluate("swarmevo.pause(); swarmevo.seek(12)")
+        drawn(page)
+        scene = browsers.pixels(page.locator(".sw-view canvas").screenshot())
+        assert scene.std(axis=(0, 1)).min() > 10, "the canvas is blank"
+        assert (scene.mean() < 100) == dark
+        browsers.keep(page, f"replay-{request.node.callspec.id}")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert "small, individual 1" in page.inner_text(".sw-title")
+        assert watched.errors == []
+        assert watched.requests == []
+
+
+def test_the_scene_shows_the_stored_poses(browser: Browser, file: Path, recording: Recording) -> None:
+    pose, box = recording.telemetry.pose, recording.telemetry.box
+    assert pose is not None
+    assert box is not None
+    with browsers.watch(browser, 640, 420) as watched:
+        page = watched.open(file)
+        page.evaluate("swarmevo.pause()")
+        for t in (0.0, 7.3, 29.9):
+            step = round(t / 0.1)
+            page.evaluate(f"swarmevo.seek({t})")
+            for what in (f"swarmevo.poses({t})", "swarmevo.shown()"):
+                seen = page.evaluate(what)
+                np.testing.assert_allclose(np.array(seen["robots"])[:, :2], pose[0, step, :, :2], atol=1e-4)
+                turned = np.array(seen["robots"])[:, 2] - pose[0, step, :, 2]
+                np.testing.assert_allclose(np.cos(turned), 1, atol=1e-6)
+                np.testing.assert_allclose(seen["box"][:2], box[0, step, :2], atol=1e-4)
+
+
+def test_robots_move_in_the_picture(browser: Browser, file: Path) -> None:
+    with browsers.watch(browser, 700, 420) as watched:
+        page = watched.open(file)
+        pictures = []
+        for t in (2, 2, 9):
+            page.evaluate(f"swarmevo.pause(); swarmevo.seek({t})")
+            drawn(page)
+            pictures.append(browsers.pixels(page.locator(".sw-view canvas").screenshot()).astype(int))
+        assert np.abs(pictures[1] - pictures[0]).max() <= 2
+        assert (np.abs(pictures[2] - pictures[1]).max(axis=2) > 40).sum() > 200
+
+
+def test_the_controls_move_the_time(browser: Browser, file: Path) -> None:
+    with browsers.watch(browser, 640, 420) as watched:
+        page = watched.open(file)
+        page.evaluate("swarmevo.pause(); swarmevo.seek(0)")
+        page.click(".sw-play")
+        page.wait_for_function("swarmevo.player.time > 1")
+        page.click(".sw-play")
+        page.locator(".sw-slider").fill("12.5")
+        assert page.evaluate("swarmevo.player.time") == 12.5
+        assert page.inner_text(".sw-clock") == "0:12.5"
+        plot = page.locator(".sw-plot svg").first
+        width = plot.evaluate("(drawing) => drawing.getBoundingClientRect().width")
+        plot.click(position={"x": width / 2, "y": 10})
+        assert page.evaluate("swarmevo.player.time") == pytest.approx(15, abs=0.1)
+        page.click(".sw-robot >> nth=1")
+        assert page.evaluate("swarmevo.player.stages[0].scene.follow") == 1
+        assert watched.errors == []
+
+
+def test_an_address_can_name_a_time(browser: Browser, file: Path) -> None:
+    with browsers.watch(browser, 640, 420) as watched:
+        watched.page.goto(f"{file.as_uri()}#t=4.5")
+        assert watched.page.evaluate("[swarmevo.player.time, swarmevo.player.playing]") == [4.5, False]
+
+
+def test_teams_of_other_sizes_stand_side_by_side(browser: Browser, run: Path, chosen: Chosen, tmp_path: Path) -> None:
+    with Store.open(run) as store:
+        episodes, warning = replay.episodes(store, chosen, [1, 3])
+    assert not warning
+    file = tmp_path / "sizes.html"
+    file.write_text(replay.render(episodes, "sizes"))
+    with browsers.watch(browser, 700, 500) as watched:
+        page = watched.open(file)
+        page.evaluate("swarmevo.pause(); swarmevo.seek(5)")
+        assert page.locator(".sw-stage h2").all_inner_texts() == ["1 robot", "3 robots"]
+        assert [len(page.evaluate(f"swarmevo.shown({k})")["robots"]) for k in (0, 1)] == [1, 3]
+        assert watched.errors == []
+
+
+# ---- served ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def live(run: Path) -> Iterator[str]:
+    """Return the address of a server of live episodes."""
+    page = replay.render([], "live", live=True)
+    with replay_server.server(page, 0, replay_server.live_episodes(run, None)) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+        thread.join()
+
+
+def test_the_server_is_of_this_machine_alone(live: str) -> None:
+    with urllib.request.urlopen(f"{live}/") as answer:
+        assert b"<title>live</title>" in answer.read()
+    with pytest.raises(urllib.error.HTTPError, match="404") as refused:
+        urllib.request.urlopen(f"{live}/config.yaml")
+    refused.value.close()
+    port = int(live.rpartition(":")[2])
+    assert f"ssh -L {port}:127.0.0.1:{port} " in replay_server.hint(port)
+    with pytest.raises(ReplayError, match=f"port {port}: Address already in use; choose another one with --port"):
+        replay_server.server("", port)
+
+
+def test_the_live_page_plays_what_is_simulated(browser: Browser, live: str) -> None:
+    context = browser.new_context(viewport={"width": 600, "height": 400})
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(live)
+    page.wait_for_function("swarmevo.player.end === 30 && swarmevo.player.time > 0.5")
+    assert "repeat 0" in page.inner_text(".sw-title")
+    page.evaluate("swarmevo.pause(); swarmevo.seek(29.8); swarmevo.play()")
+    page.wait_for_function("document.querySelector('.sw-title').innerText.includes('repeat 1')")
+    context.close()
+    assert errors == []
+
+
+def test_a_live_failure_is_told_to_the_page() -> None:
+    def broken(number: int) -> replay_server.Events:
+        raise ReplayError("nothing there")
+        yield
+
+    with replay_server.server("", 0, broken) as server:
+        thread = threading.Thread(target=server.handle_request)
+        thread.start()
+        with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/episode") as answer:
+            assert answer.read() == b'event: failed\ndata: "ReplayError: nothing there"\n\n'
+        thread.join()
+
+
+# ---- as a video ------------------------------------------------------------------------------------------------------
+
+
+def test_a_film_is_made(file: Path, tmp_path: Path) -> None:
+    if replay_video._chromium() is None:
+        pytest.skip("needs Chromium: apt-get install chromium")
+    film = replay_video.Film(start=2.0, end=6.0, speed=20.0, rate=10.0, size=(320, 180))
+    seen: list[int] = []
+    replay_video.write(tmp_path / "film.webp", file.read_text(), film, seen.append)
+    with Image.open(tmp_path / "film.webp") as picture:
+        assert getattr(picture, "n_frames", 1) == len(film.times()) == 3
+        assert picture.size == (320, 180)
+    assert seen == [1, 2, 3]
+
+
+def test_what_a_film_needs_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(ReplayError, match=r"expected a name that ends in \.webp or \.mp4"):
+        replay_video.check(Path("film.gif"))
+    monkeypatch.setattr(shutil, "which", lambda name: "/bin/true" if name == "chromium" else None)
+    with pytest.raises(ReplayError, match="an mp4 needs ffmpeg: apt-get install ffmpeg"):
+        replay_video.check(Path("film.mp4"))
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(ReplayError, match="needs Chromium, and there is none; install it"):
+        replay_video.check(Path("film.webp"))
+
+
+def test_a_browser_that_ends_is_an_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(replay_video, "_chromium", lambda: "/bin/true")
+    with pytest.raises(ReplayError, match="Chromium ended unexpectedly"):
+        replay_video.write(tmp_path / "film.webp", "", replay_video.Film(0, 1), lambda _: None)
+
+
+# ---- the command -----------------------------------------------------------------------------------------------------
+
+
+def command(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as exit:
+        cli.main(["replay", *map(str, arguments)])
+    return int(exit.value.code or 0)
+
+
+def test_the_command_writes_a_page(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "page.html"
+    assert command(f"{run}:1", "--html", file) == 0
+    assert capsys.readouterr().out == f"{file}\n"
+    assert "small, individual 1" in file.read_text()
+
+
+def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) -> None:
+    assert command(run) == 0
+    assert (run / f"replay-{chosen.genome}.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        ([":999"], 1, "there is no individual 999"),
+        (["", "--robots", "5-1"], 2, "--robots: expected a number from 1 to 64"),
+        (["", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
+        (["", "--html", "/nowhere/page.html"], 1, "/nowhere/page.html: No such file or directory"),
+        (["x"], 1, "expected a run folder"),
+    ],
+)
+def test_errors_are_one_line(
+    run: Path, arguments: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(f"{run}{arguments[0]}", *arguments[1:]) == code
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
