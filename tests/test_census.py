@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each criterion of the census on robots made for it, and on some that come close."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from swarmevo import census
+from swarmevo.census import Episode
+from swarmevo.config import Config
+from swarmevo.protocols import BoolArray, FloatArray, Telemetry
+
+CONFIG = Config.model_validate({"team": {"robots": 2}, "episode": {"horizon": 60.0}})
+STEPS, PERIOD = 600, 0.1
+TIME = np.arange(STEPS) * PERIOD
+FAR = (-0.2, -0.2)
+"""A place out of the way: no wall, box or source is near."""
+HOME = (0.0, 0.1)
+"""A place within the emitter's range."""
+
+
+def still(x: float, y: float) -> FloatArray:
+    """A robot that never moves, ``(steps, 3)``."""
+    return np.tile([x, y, 0.0], (STEPS, 1))
+
+
+def drive(start: tuple[float, float], end: tuple[float, float], arrival: float) -> FloatArray:
+    """A robot that drives straight and stops at ``arrival`` [s]."""
+    part = np.clip(TIME / arrival, 0, 1)[:, None]
+    places = np.array(start) + part * (np.array(end) - np.array(start))
+    return np.column_stack([places, np.zeros(STEPS)])
+
+
+def circle(x: float, y: float, radius: float, phase: float = 0.0, speed: float = 1.0) -> FloatArray:
+    """A robot that drives in a circle with ``speed`` [rad/s]."""
+    angle = speed * TIME + phase
+    heading = (angle + np.pi / 2 + np.pi) % (2 * np.pi) - np.pi
+    return np.column_stack([x + radius * np.cos(angle), y + radius * np.sin(angle), heading])
+
+
+def episode(
+    *robots: FloatArray,
+    touch: FloatArray | float = 0.0,
+    command: float = 1.0,
+    homing: tuple[float, float] = (np.nan, np.nan),
+) -> Episode:
+    """Two robots; ``touch`` ``(steps,)`` is the first one's front box sensor."""
+    sensors = np.zeros((STEPS, 2, 4))
+    sensors[:, 0, 1] = touch
+    commands = np.full((STEPS, 2, 2), command)
+    return Episode(CONFIG, np.stack(robots, axis=1), commands, sensors, np.array(homing))
+
+
+def first(criterion: Callable[[Episode], BoolArray], seen: Episode) -> bool:
+    found = criterion(seen)
+    assert found.shape == (2,)
+    return bool(found[0])
+
+
+NEAR_WALL = (0.45, -0.2)
+HALF_TIME = np.where(TIME < 30, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [
+        (episode(drive(FAR, NEAR_WALL, 20), still(*FAR)), True),
+        (episode(still(*NEAR_WALL), still(*FAR)), True),
+        (episode(drive(FAR, (0.1, -0.2), 20), still(*HOME)), False),  # not near a wall
+        (episode(drive(FAR, NEAR_WALL, 58), still(*HOME)), False),  # it stops too late to be called static
+        (episode(drive(FAR, NEAR_WALL, 20), still(*HOME), touch=1.0), False),  # it holds the box
+    ],
+)
+def test_static_near_wall(seen: Episode, expected: bool) -> None:
+    assert first(census.static_near_wall, seen) == expected
+
+
+PAIR = (circle(*FAR, 0.05), circle(*FAR, 0.05, phase=np.pi))
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [
+        (episode(*PAIR), True),
+        (episode(circle(-0.26, -0.2, 0.03), circle(-0.14, -0.2, 0.03)), False),  # each in its own circle
+        (episode(circle(*FAR, 0.05), circle(0.3, -0.2, 0.05)), False),  # far from each other
+        (episode(drive((-0.4, 0), (0.4, 0), 60), drive((-0.4, 0.1), (0.4, 0.1), 60)), False),  # side by side, straight
+        (episode(circle(*FAR, 0.001), circle(*FAR, 0.001)), False),  # spinning on the spot
+        (episode(*PAIR, touch=1.0), False),  # at the box
+        (episode(*(np.where(TIME[:, None] < 8, way, way[-1]) for way in PAIR)), False),  # too short
+    ],
+)
+def test_circling_together(seen: Episode, expected: bool) -> None:
+    assert census.circling_together(seen).tolist() == [expected] * 2
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [
+        (episode(drive((0.2, -0.2), (-0.1, -0.2), 20), still(*FAR)), True),
+        (episode(drive((0.2, -0.2), (0.0, -0.2), 20), still(*FAR)), False),  # 20 cm away: not seen
+        (episode(still(-0.1, -0.2), still(*FAR)), False),  # it never moved
+        (episode(drive((0.2, -0.2), (-0.1, -0.2), 20), still(*FAR), touch=1.0), False),  # the box stopped it
+        (episode(drive((0.4, 0.0), (0.45, -0.2), 20), still(0.45, -0.1)), False),  # the wall may have
+        (episode(drive((0.2, -0.2), (-0.1, -0.2), 58), still(*FAR)), False),  # it may go on
+    ],
+)
+def test_stopped_for_robot(seen: Episode, expected: bool) -> None:
+    assert first(census.stopped_for_robot, seen) == expected
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [
+        (episode(still(*HOME), still(*FAR), homing=(5, np.nan)), True),
+        (episode(still(*HOME), still(*FAR), homing=(5, np.nan), touch=1.0, command=0.0), True),  # touches, drives not
+        (episode(still(*HOME), still(*FAR), homing=(5, np.nan), touch=HALF_TIME), False),  # it pushed
+        (episode(drive(HOME, FAR, 10), still(*FAR), homing=(0.1, np.nan)), False),  # it left
+        (episode(still(*HOME), still(*FAR)), False),  # nobody counted it as home
+    ],
+)
+def test_homed_without_pushing(seen: Episode, expected: bool) -> None:
+    assert first(census.homed_without_pushing, seen) == expected
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [
+        (episode(still(*FAR), still(*HOME), touch=HALF_TIME), True),
+        (episode(still(*HOME), still(*FAR), touch=HALF_TIME), False),  # within the signal
+        (episode(still(*FAR), still(*HOME), touch=np.where(TIME < 0.5, 1.0, 0.0)), False),  # only brushed it
+        (episode(still(*FAR), still(*HOME), touch=HALF_TIME, command=-1.0), False),  # drove backwards
+    ],
+)
+def test_pushed_without_rf(seen: Episode, expected: bool) -> None:
+    assert first(census.pushed_without_rf, seen) == expected
+
+
+def test_shares_are_over_robots_and_episodes() -> None:
+    poses = np.stack([np.stack([still(*NEAR_WALL), still(*FAR)], axis=1), np.stack([still(*FAR), still(*FAR)], axis=1)])
+    telemetry = Telemetry(
+        control_period=PERIOD,
+        homing_time=np.full((2, 2), np.nan),
+        push_time=np.full(2, np.nan),
+        pose=poses,
+        command=np.zeros((2, STEPS, 2, 2)),
+        touch=np.zeros((2, STEPS, 2, 4)),
+    )
+    shares = census.census(CONFIG, telemetry)
+    assert list(shares) == list(census.LABELS)
+    assert shares["static near a wall"] == 0.25
+    assert shares["pushed without RF"] == 0
+
+
+def test_a_missing_channel_is_named() -> None:
+    telemetry = Telemetry(PERIOD, np.zeros((1, 2)), np.zeros(1), pose=np.zeros((1, 9, 2, 3)))
+    with pytest.raises(ValueError, match="missing are command, touch"):
+        census.census(CONFIG, telemetry)
+
+
+def test_an_episode_may_be_shorter_than_a_second() -> None:
+    tiny = Episode(CONFIG, np.zeros((3, 2, 3)), np.zeros((3, 2, 2)), np.zeros((3, 2, 4)), np.full(2, np.nan))
+    for criterion in census.LABELS.values():
+        assert criterion(tiny).shape == (2,)

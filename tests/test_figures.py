@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures: what they draw of a run, that nothing global is touched, and what they are written as."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import small_runs
+from swarmevo import analysis, assessment, figures, replay_scene
+from swarmevo.protocols import Objective
+from swarmevo.store import Store, StoreError
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return small_runs.make(tmp_path_factory.mktemp("runs") / "run")
+
+
+def test_fronts_have_a_marker_for_each_point_and_a_line_for_all(run: Path) -> None:
+    picture = figures.fronts(run)
+    (axes,) = picture.axes
+    with Store.open(run) as store:
+        for trial, line in enumerate(axes.lines[:2]):
+            points = [
+                (p.objectives["hidden_neurons"], p.objectives["box_pushing"]) for p in analysis.front(store, trial)
+            ]
+            assert np.allclose(line.get_xydata(), points)
+    assert axes.get_xlabel() == "hidden neurons (fewer is better)"
+    assert axes.get_ylabel() == "box pushing (more is better)"
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["trial 0", "trial 1", "global front"]
+
+
+def test_hypervolume_is_that_of_analysis(run: Path) -> None:
+    (axes,) = figures.hypervolume(run).axes
+    with Store.open(run) as store:
+        expected = [[step.hypervolume for step in analysis.history(store, trial)] for trial in (0, 1)]
+    assert np.allclose([line.get_ydata() for line in axes.lines[:2]], expected)
+    assert np.allclose(axes.lines[2].get_ydata(), np.median(expected, axis=0))
+
+
+def test_evolution_shows_every_individual_once(run: Path) -> None:
+    (axes,) = figures.evolution(run, trial=1).axes
+    assert sum(len(cloud.get_offsets()) for cloud in axes.collections) == 2 * 4
+    assert axes.get_xlabel() == "generation"
+
+
+def test_attainment_of_all_trials_is_dominated_by_that_of_any(run: Path) -> None:
+    (axes,) = figures.attainment(run).axes
+    curves = {line.get_label(): line.get_xydata() for line in axes.lines}
+    assert list(curves) == ["any trial", "half of the trials", "all trials"]
+    best, worst = (float(np.max(curves[name][:, 1])) for name in ("any trial", "all trials"))
+    assert best >= worst
+
+
+def test_paths_and_occupancy_are_of_the_tests(run: Path) -> None:
+    with Store.open(run) as store:
+        seen = assessment.watch(store, tests=2)
+    (axes,) = figures.paths(seen, test=1).axes
+    assert len(axes.collections) == 3  # one path for each robot
+    last = axes.collections[0].get_paths()[-1].vertices[-1]
+    assert seen.telemetry.pose is not None
+    assert np.allclose(last, seen.telemetry.pose[1, -1, 0, :2])
+    axes = figures.occupancy(seen).axes[0]
+    assert np.isclose(axes.images[0].get_array().sum(), 100)
+
+
+def test_a_path_ends_when_the_box_is_there(run: Path) -> None:
+    with Store.open(run) as store:
+        seen = assessment.watch(store, tests=2)
+    seen.telemetry.push_time[0] = -1.5  # [s]: 2 s later is 0.5 s after the start
+    assert figures._shown_steps(seen, 0) == 5
+    assert figures._shown_steps(seen, 1) == 20
+    assert seen.best == 0
+
+
+def test_the_network_has_what_is_switched_on(run: Path) -> None:
+    with Store.open(run) as store:
+        point = max(analysis.front(store, 0), key=lambda point: point.objectives["hidden_neurons"])
+    hidden = int(point.objectives["hidden_neurons"])
+    (axes,) = figures.network(run, point.genome).axes
+    names = [text.get_text() for text in axes.texts]
+    assert len(names) == 14 + hidden + 2
+    assert {"ps0", "ps7", "box left", "RF", "bias", "left wheel", "right wheel"} < set(names)
+    assert axes.get_title().startswith(f"{hidden} hidden neuron")
+
+
+def test_two_positions_of_a_staircase() -> None:
+    objectives = (Objective("score", "maximise", (0, 9)), Objective("neurons", "minimise", (0, 9)))
+    axes = figures.Picture().add_subplot()
+    figures._staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]), 6.0)
+    assert axes.lines[0].get_xydata().tolist() == [[1, 2], [4, 3], [6, 3]]
+
+
+def test_a_run_without_a_generation_has_no_figures(tmp_path: Path) -> None:
+    with (
+        Store.create(tmp_path / "run", "{}", {}, [Objective("a", "maximise", (0, 1))], 1, 1) as store,
+        pytest.raises(StoreError, match="none is stored yet"),
+    ):
+        figures.paths(store)
+
+
+def test_robots_have_the_colours_of_their_replays() -> None:
+    assert tuple(figures.CYCLE) == tuple(replay_scene.COLOURS)
+
+
+def test_a_run_shows_all_that_it_can(run: Path) -> None:
+    names = [name for name, _ in figures.every(run)]
+    assert names == ["fronts", "hypervolume", "evolution", "attainment", "paths", "occupancy", "network"]
+
+
+def test_figures_are_written_the_same_each_time(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figures, "every", lambda run: iter([("hypervolume", figures.hypervolume(run))]))
+    first, again = figures.write(run, tmp_path / "first"), figures.write(run, tmp_path / "again")
+    assert [path.name for path in first] == ["hypervolume.pdf", "hypervolume.png"]
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in again]
+    assert first[0].read_bytes().startswith(b"%PDF")
+
+
+def test_svg_takes_the_ink_of_its_page(run: Path) -> None:
+    drawn = figures.svg(figures.hypervolume(run))
+    assert drawn.startswith("<svg")
+    assert "currentColor" in drawn
+    assert figures.INK not in drawn
+    assert "<style" not in drawn  # it would be the whole page's
+
+
+def test_a_figure_shows_itself_in_a_notebook(run: Path) -> None:
+    assert figures.hypervolume(run)._repr_png_().startswith(b"\x89PNG")
+
+
+def test_nothing_global_is_touched(run: Path) -> None:
+    code = (
+        "import matplotlib\nbefore = dict(matplotlib.rcParams)\nfrom swarmevo import figures\n"
+        f"figures.fronts({str(run)!r})\nassert dict(matplotlib.rcParams) == before\n"
+        "import matplotlib.pyplot\nassert matplotlib.pyplot.get_fignums() == []"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
