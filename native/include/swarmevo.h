@@ -241,7 +241,7 @@ typedef struct swe_episode {
 
 typedef struct swe_outcome {
     int32_t status;          /* swe_status of this episode; all else is meaningless unless SWE_OK */
-    uint32_t ode_messages;   /* warnings of ODE's solver; each makes a step be tried again with softer contacts */
+    uint32_t ode_messages;   /* warnings of ODE's solver; each makes a step be tried again */
     uint32_t unsolved_steps; /* steps that no further try mended */
     uint32_t control_steps;  /* done: those of the horizon unless the episode failed */
     uint64_t hash;           /* of every body's state at every control step */

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The robot: where its wheels and casters are and how a command drives it.
 //
-// One rigid body. Its two wheels are contacts whose surface moves at the wheels' rim speed; its two casters are
-// frictionless points. Body frame: origin at the centre of mass, x forward, y left, z up.
+// Body frame: origin at the centre of mass, x forward, y left, z up. How it is built in ODE: world_drive.hpp.
 #pragma once
 
 #include <array>
@@ -31,7 +30,7 @@ Vector caster_tip(const swe_robot_config& robot, int direction);
 // Rim speed [m/s] for a command in [-1, 1] and a relative error of the motor.
 double rim_speed(const swe_robot_config& robot, double command, double error);
 
-// The largest force that the robot can push with, all its weight on the wheels [N].
+// The largest force along its heading that the robot can push with, all its weight on the wheels [N].
 double traction_limit(const Scene& scene);
 
 }  // namespace swarmevo

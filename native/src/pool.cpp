@@ -4,10 +4,19 @@
 namespace swarmevo {
 
 Pool::Pool(unsigned threads) {
-    for (unsigned i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+    try {
+        for (unsigned i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+    } catch (...) {  // no more threads to be had: those that run must end before the exception goes on
+        stop();
+        throw;
+    }
 }
 
 Pool::~Pool() {
+    stop();
+}
+
+void Pool::stop() {
     {
         const std::lock_guard lock(mutex_);
         stopping_ = true;

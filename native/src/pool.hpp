@@ -13,7 +13,7 @@ namespace swarmevo {
 
 class Pool {
   public:
-    // The calling thread is one of `threads`.
+    // The calling thread is one of `threads`. Throws std::system_error if the system gives no more.
     explicit Pool(unsigned threads);
     ~Pool();
     Pool(const Pool&) = delete;
@@ -24,6 +24,7 @@ class Pool {
     void for_each(std::size_t n, const std::function<void(std::size_t)>& body);
 
   private:
+    void stop();
     void work();
     void take_indices();
 

@@ -7,7 +7,7 @@
 //   - Floor: each wheel touches below its hub, a caster at its tip (world_drive.cpp), the box at its four corners.
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
 //     force's centre along it is taken where it tips neither body.
-//     Simplification: outlines are those of the upright body; tilts here stay below about one degree.
+//     Simplification: outlines are those of the upright body; tilts here stay below a few degrees.
 //   - A contact is made before touch. It allows no faster approach than closes the gap within the step. So a body
 //     never sinks into another by the distance of one step, whatever the time step.
 //   - Friction is Coulomb's in a pyramid along the given direction; ODE takes its limit from the normal forces that
@@ -36,6 +36,8 @@ constexpr double kSlidingSpeed = 1e-3;
 constexpr int kDeepestHalving = 4;
 // Length of the step that a collision takes, and the shortest step that is cut for one [s].
 constexpr double kBlow = 2.5e-4, kShortestCut = 1e-3, kHair = 2e-5;
+// Collisions in one step that are treated so.
+constexpr int kMostCuts = 4;
 constexpr int kWalls = 4, kBoxCorners = 4;
 
 // Potential above rest and kinetic energy [J].
@@ -85,7 +87,7 @@ struct World::Impl {
     unsigned messages = 0, unsolved = 0;
 
     Impl(const Scene& description, const std::vector<Pose>& starts)
-        : scene(description), contacts(ode.id(), description.physics) {
+        : scene(description), contacts(ode, description.physics) {
         dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
         dWorldSetERP(ode.id(), scene.physics.contact_erp);
         dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
@@ -93,7 +95,9 @@ struct World::Impl {
         dWorldSetAutoDisableFlag(ode.id(), 0);
         // Two robots approach each other by at most two thirds of this within a step; the rest is for shoves.
         const double fastest = 3 * rim_speed(scene.robot, 1, scene.noise.wheels);
-        const double thrown = std::hypot(scene.box.velocity[0], scene.box.velocity[1]);
+        const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
+        const double thrown =
+            std::hypot(scene.box.velocity[0], scene.box.velocity[1]) + std::abs(scene.box.velocity[2]) * half_diagonal;
         reach = (fastest + thrown) * scene.physics.time_step;
 
         robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
@@ -276,29 +280,29 @@ struct World::Impl {
     // A step in which bodies collide is cut there: up to the collision, the blow itself, and the rest. In one piece,
     // friction would act before the blow as it does after it.
     void step() {
-        const double whole = scene.physics.time_step;
-        add_all_contacts(whole, false);
-        const double collision = average.first_collision();
-        if (whole > kShortestCut && collision < whole - kBlow) {
+        double rest = scene.physics.time_step;
+        for (int cut = 0; cut < kMostCuts && rest > kShortestCut; ++cut) {
+            add_all_contacts(rest, false);
+            const double collision = average.first_collision();
+            if (collision >= rest - kBlow) break;
             // A hair short of it: a gap that closes exactly at the end of a step would tie the solver's rows.
             const double run_up = collision > kBlow ? collision - kHair : 0;
-            if (run_up > 0) solve(run_up, false);
-            solve(kBlow, false);
-            solve(whole - kBlow - run_up, false);
-        } else {
-            solve(whole, true);
+            if (run_up > 0) solve(run_up);
+            solve(kBlow);
+            rest -= run_up + kBlow;
         }
+        solve(rest);
         note_extremes();
     }
 
     // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP internal error"):
     // robots would sink into the floor. Then the step is taken back and tried again, first with softer contacts, no two
     // alike, then in two halves.
-    void solve(double time_step, bool contacts_are_made, int depth = 0) {
+    void solve(double time_step, int depth = 0) {
         std::vector<BodyState> before;
         for (const dBodyID body : bodies) before.push_back(state_of(body));
         for (const bool soft : {false, true}) {
-            if (soft || !contacts_are_made) add_all_contacts(time_step, soft);
+            add_all_contacts(time_step, soft);
             const unsigned warnings = nothing_to_solve() ? 0 : ode.step(time_step);
             messages += warnings;
             if (warnings == 0) return finish(time_step);
@@ -309,8 +313,8 @@ struct World::Impl {
             ++unsolved;
             return finish(time_step);
         }
-        solve(time_step / 2, false, depth + 1);
-        solve(time_step / 2, false, depth + 1);
+        solve(time_step / 2, depth + 1);
+        solve(time_step / 2, depth + 1);
     }
 
     void finish(double time_step) {

@@ -118,9 +118,11 @@ class DrivenContacts : public FloorDrive {
         const double m = scene_.robot.mass, half_axle = scene_.robot.axle_length / 2;
         const double thrust = m * (wanted.speed - (v[0] * x[0] + v[1] * x[1])) / time_step;
         const double twist = robot_inertia(scene_.robot).vertical * (wanted.turning - w[2]) / time_step / half_axle;
-        const double sideways = m * (v[0] * y[0] + v[1] * y[1]) / time_step;
+        // The velocity still points to the last step's middle; the next one's is to be reached, and the curve held.
+        const double sideways =
+            m * (std::abs(v[0] * y[0] + v[1] * y[1]) / time_step + std::abs(wanted.speed * wanted.turning) / 2);
         const double traction = traction_limit(scene_);
-        return std::abs(thrust) + std::abs(twist) < traction && std::abs(sideways) < traction;
+        return std::abs(thrust) + std::abs(twist) < traction && sideways < traction;
     }
 
     void coast(double time_step) override {

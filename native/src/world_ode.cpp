@@ -109,11 +109,11 @@ Vector to_world(dBodyID body, const Vector& local) {
     return world;
 }
 
-Contacts::Contacts(dWorldID world, const swe_physics_config& physics)
+Contacts::Contacts(const OdeWorld& world, const swe_physics_config& physics)
     : physics_(physics), world_(world), group_(dJointGroupCreate(0)) {}
 
 Contacts::~Contacts() {
-    dJointGroupDestroy(group_);
+    if (!world_.is_broken()) dJointGroupDestroy(group_);
 }
 
 void Contacts::begin(double time_step, bool soft) {
@@ -140,7 +140,7 @@ dJointID Contacts::add(dBodyID first, dBodyID second, const Vector& point, const
     ++count_;
     deepest_overlap_ = std::max(deepest_overlap_, -gap);
 
-    const dJointID joint = dJointCreateContact(world_, group_, &contact);
+    const dJointID joint = dJointCreateContact(world_.id(), group_, &contact);
     dJointAttach(joint, first, second);
     return joint;
 }

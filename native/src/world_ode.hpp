@@ -23,6 +23,7 @@ class OdeWorld {
     unsigned step(double time_step);
 
     dWorldID id() const { return id_; }
+    bool is_broken() const { return broken_; }  // a step failed: nothing in it may be touched any more
 
   private:
     dWorldID id_;
@@ -55,7 +56,7 @@ struct Friction {
 // The contacts of one step.
 class Contacts {
   public:
-    Contacts(dWorldID world, const swe_physics_config& physics);
+    Contacts(const OdeWorld& world, const swe_physics_config& physics);
     ~Contacts();
     Contacts(const Contacts&) = delete;
     Contacts& operator=(const Contacts&) = delete;
@@ -69,14 +70,13 @@ class Contacts {
     dJointID add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
                  const Friction& friction);
 
-    unsigned count() const { return count_; }
     double deepest_overlap() const { return deepest_overlap_; }  // since the world began [m]
 
   private:
     void soften(dContact& contact) const;
 
     const swe_physics_config& physics_;
-    dWorldID world_;
+    const OdeWorld& world_;
     dJointGroupID group_;
     double time_step_ = 0;
     bool soft_ = false;
