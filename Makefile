@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each target installs what it needs, then runs.
-#   make evolve    a small evolution, to a printed Pareto front
+#   make evolve    a small evolution, to a printed Pareto front and a report to open in a browser
 #   make test      all tests, native ones included
 #   make lint      formatting, types, the direction of imports
 #   make sanitize  the native tests under address, undefined-behaviour and thread sanitizers
+#   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
+#   make validation  measure the physics and write docs/validation.md; half an hour
 #   make docs      docs/configuration.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: evolve test test-native test-python lint sanitize docs clean
+.PHONY: evolve test test-native test-python lint sanitize fuzz validation docs clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -17,13 +19,17 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_ROOT_USER_ACTION := ignore
 
 BUILD_PACKAGES := g++ cmake ninja-build pkg-config libode-dev libeigen3-dev python3-venv
-TEST_PACKAGES := doctest-dev
+TEST_PACKAGES := doctest-dev chromium
 LINT_PACKAGES := clang-format
+FUZZ_PACKAGES := clang
+FUZZ_SECONDS ?= 20
 
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
 
 evolve: $(VENV)/installed
-	$(BIN)/swarmevo evolve
+	@run=runs/quick-$$(date +%Y%m%d-%H%M%S); \
+	$(BIN)/swarmevo evolve --out $$run; \
+	$(BIN)/swarmevo report $$run
 
 test: test-native test-python
 
@@ -40,7 +46,7 @@ lint: $(VENV)/installed-lint build/system-lint
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	clang-format --dry-run --Werror native/include/*.h native/src/* native/tests/*
+	clang-format --dry-run --Werror native/include/*.h native/src/* native/tests/* native/fuzz/*.?pp
 
 sanitize: build/system-test
 	for sanitizer in address,undefined thread; do \
@@ -49,6 +55,23 @@ sanitize: build/system-test
 	  cmake --build build/$$sanitizer --target native_tests; \
 	  UBSAN_OPTIONS=halt_on_error=1 build/$$sanitizer/native_tests; \
 	done
+
+# What they find beyond native/fuzz/corpus stays in build/fuzz/corpus; an input that fails is left in build/fuzz.
+fuzz: build/system-fuzz $(VENV)/installed-test
+	cmake -S . -B build/fuzz -G Ninja -DSWARMEVO_FUZZ=ON -DSWARMEVO_SANITIZE=fuzzer-no-link,address,undefined \
+	  -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo >build/cmake.log || \
+	  { cat build/cmake.log; exit 1; }
+	cmake --build build/fuzz
+	for target in scene network batch; do \
+	  mkdir -p build/fuzz/corpus/$$target; \
+	  ASAN_OPTIONS=allocator_may_return_null=1 UBSAN_OPTIONS=halt_on_error=1 build/fuzz/fuzz_$$target \
+	    -max_total_time=$(FUZZ_SECONDS) -max_len=1000 -timeout=20 -verbosity=0 -print_final_stats=1 \
+	    -artifact_prefix=build/fuzz/$$target- build/fuzz/corpus/$$target native/fuzz/corpus/$$target; \
+	done
+	cd tests && FUZZ_EXAMPLES=1000 ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. test_fuzz.py
+
+validation: $(VENV)/installed
+	$(BIN)/python -m benchmarks.validation
 
 docs: $(VENV)/installed-docs
 	$(BIN)/python docs/generate_configuration.py
@@ -60,10 +83,10 @@ clean:
 # ---- what the targets need --------------------------------------------------------------------------------------------
 
 # Installs the Debian packages that are missing; without root, prints the one line to run.
-build/system build/system-test build/system-lint: build/system%: Makefile
+build/system build/system-test build/system-lint build/system-fuzz: build/system%: Makefile
 	@mkdir -p build; \
 	packages="$(BUILD_PACKAGES)"; \
-	case "$*" in -test) packages+=" $(TEST_PACKAGES)";; -lint) packages+=" $(LINT_PACKAGES)";; esac; \
+	case "$*" in -test) packages+=" $(TEST_PACKAGES)";; -lint) packages+=" $(LINT_PACKAGES)";; -fuzz) packages+=" $(FUZZ_PACKAGES)";; esac; \
 	missing=; \
 	for package in $$packages; do \
 	  dpkg-query -W -f '$${Status}' $$package 2>/dev/null | grep -q 'ok installed' || missing+=" $$package"; \

@@ -14,9 +14,10 @@ import shlex
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn, TextIO
 
 import typer
 
@@ -24,6 +25,8 @@ from swarmevo import __version__
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
+    from swarmevo.evolution import MakeBackend
+    from swarmevo.store import Store
 
 FAILED = 1
 USAGE = 2
@@ -39,6 +42,10 @@ plugins_app = typer.Typer(rich_markup_mode=None)
 app.add_typer(plugins_app, name="plugins")
 
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", exists=True, file_okay=False)]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Of a Dask cluster to run on, such as tcp://host:8786.", show_default=False),
+]
 Workers = Annotated[str, typer.Option(metavar="auto|N", help="Episodes at once; auto: one for each core.")]
 
 
@@ -78,6 +85,8 @@ def _fail(error: Exception) -> NoReturn:
         foreseen.append(sys.modules["swarmevo.simulator"].SimulatorError)
     if "swarmevo.evaluation" in sys.modules:
         foreseen.append(sys.modules["swarmevo.evaluation"].EvaluationError)
+    if "swarmevo.replay" in sys.modules:
+        foreseen.append(sys.modules["swarmevo.replay"].ReplayError)
     if not isinstance(error, tuple(foreseen)):
         raise error
     _exit(FAILED, str(error))
@@ -121,6 +130,7 @@ def evolve(
         typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Override the configuration; value in YAML."),
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="The run folder to make.", show_default=False)] = None,
+    scheduler: Scheduler = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check everything, forecast the cost, write nothing.")
     ] = False,
@@ -141,13 +151,32 @@ def evolve(
     folder = out or Path("runs") / _run_name(config, chosen)
     evolution.begin(folder, chosen)
     print(f"run {folder}, seed {chosen.evolution.seed}", file=sys.stderr)
-    _go_on(folder, count)
+    _go_on(folder, count, scheduler)
 
 
 @app.command()
-def resume(run: Run, workers: Workers = "auto") -> None:
-    """Go on with an interrupted run; the result is that of a run never interrupted."""
-    _go_on(run, _worker_count(workers))
+def resume(
+    run: Run,
+    workers: Workers = "auto",
+    generations: Annotated[
+        str | None, typer.Option(metavar="+N|N", help="Make the run longer: so many generations more, or in all.")
+    ] = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Go on with an interrupted or finished run; the result is that of a run never interrupted."""
+    count = _worker_count(workers)
+    if generations is not None:
+        _extend(run, generations)
+    _go_on(run, count, scheduler)
+
+
+def _extend(folder: Path, generations: str) -> None:
+    from swarmevo import evolution
+    from swarmevo.store import Store
+
+    with Store.open(folder, readonly=False) as store:
+        total = evolution.extend(store, generations)
+    print(f"{folder}: {total} generations in each trial", file=sys.stderr)
 
 
 def _worker_count(text: str) -> int:
@@ -182,25 +211,38 @@ def _forecast(config: Config, workers: int) -> None:
         console.show_forecast(analysis.forecast(config, evaluator, workers))
 
 
-def _go_on(folder: Path, workers: int) -> None:
+def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
     """Bring a run to its end and show it; when that fails, say how to go on."""
     from swarmevo import analysis, console, evolution
     from swarmevo.evaluation import Interrupted
     from swarmevo.store import Store
 
     how = f"go on with: swarmevo resume {shlex.quote(str(folder))}"
+    if scheduler:
+        how += f" --scheduler {shlex.quote(scheduler)}"
     with Store.open(folder, readonly=False) as store:
         try:
             with _StopOnSignal() as stop, console.progress(*analysis.generations(store)) as observe:
-                evolution.evolve(store, workers, observe, stop)
+                evolution.evolve(store, workers, observe, stop, _backend(scheduler))
         except (Interrupted, KeyboardInterrupt):
             print(f"interrupted; {how}", file=sys.stderr)
             raise SystemExit(INTERRUPTED) from None
         except Exception:
-            if store.trials():
+            if store.trials() or scheduler:
                 print(how, file=sys.stderr)
             raise
         console.show_run(analysis.summarise(store))
+
+
+def _backend(scheduler: str | None) -> MakeBackend:
+    """Return where episodes run: here, or on a cluster."""
+    from swarmevo.evaluation import ThreadBackend
+
+    if scheduler is None:
+        return ThreadBackend
+    from swarmevo import cluster
+
+    return cluster.backend(scheduler, lambda line: print(line, file=sys.stderr, flush=True))
 
 
 class _StopOnSignal:
@@ -247,6 +289,245 @@ def show(run: Run, as_json: Annotated[bool, typer.Option("--json", help="Everyth
         console.show_json(summary)
     else:
         console.show_run(summary)
+
+
+@app.command()
+def verify(
+    run: Run,
+    sample: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Only so many evaluations, drawn at random.")
+    ] = None,
+    workers: Workers = "auto",
+    as_json: Annotated[bool, typer.Option("--json", help="Everything, as JSON.")] = False,
+) -> None:
+    """Simulate a run's evaluations anew; say what differs from what is stored, and why. Exit code 1: something does."""
+    from swarmevo import console, verification
+    from swarmevo.evaluation import Interrupted
+    from swarmevo.store import Store
+
+    count = _worker_count(workers)
+    with Store.open(run) as store:
+        try:
+            with _StopOnSignal() as stop, console.evaluations() as observe:
+                report = verification.verify(store, count, sample, observe, stop)
+        except (Interrupted, KeyboardInterrupt):
+            print("interrupted", file=sys.stderr)
+            raise SystemExit(INTERRUPTED) from None
+    console.show_verification(report, as_json)
+    if not report.is_sound:
+        raise SystemExit(FAILED)
+
+
+@app.command()
+def export(
+    run: Run,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Every episode, one line each.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Configuration, provenance, genomes and episodes.")] = False,
+    controller: Annotated[int | None, typer.Option(metavar="ID", help="The genome with this id.")] = None,
+    form: Annotated[str, typer.Option("--as", metavar="json|epuck|webots", help="Of a controller; C99.")] = "json",
+    robot: Annotated[int, typer.Option(metavar="N", help="Whose controller, if each robot has its own.")] = 0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="To write to; else stdout.", show_default=False)
+    ] = None,
+) -> None:
+    """Write a run, or one of its controllers, for other programs."""
+    from swarmevo.store import Store
+
+    if as_csv + as_json + (controller is not None) != 1:
+        _exit(USAGE, "export: expected one of --csv, --json and --controller ID")
+    if form not in ("json", "epuck", "webots"):
+        _exit(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
+    with Store.open(run) as store:
+        text = "" if controller is None else _controller(store, controller, form, robot)
+        try:
+            with out.open("x", encoding="utf-8") if out else nullcontext(sys.stdout) as stream:
+                _write_export(store, stream, text, as_csv)
+        except OSError as error:
+            _exit(FAILED, f"{error.filename or out}: {error.strerror or error}")
+
+
+def _controller(store: Store, genome: int, form: str, robot: int) -> str:
+    from swarmevo import export
+
+    if form == "json":
+        return json.dumps(export.controller(store, genome), indent=1) + "\n"
+    try:
+        return export.source(store, genome, "epuck" if form == "epuck" else "webots", robot)
+    except export.ExportError as error:
+        _exit(FAILED, str(error))
+
+
+def _write_export(store: Store, stream: TextIO, text: str, as_csv: bool) -> None:
+    from swarmevo import export
+
+    if text:
+        stream.write(text)
+    elif as_csv:
+        export.write_csv(store, stream)
+    else:
+        export.write_json(store, stream)
+
+
+@app.command("test")
+def assess(
+    run: Run,
+    robots: Annotated[str, typer.Option(metavar="A-B|N", help="Team sizes: rows of the table.")] = "1-5",
+    repeats: Annotated[int, typer.Option(metavar="N", min=1, max=65535, help="Tests of each controller.")] = 5,
+    robustness: Annotated[bool, typer.Option("--robustness", help="Also with other noise and other starts.")] = False,
+    workers: Workers = "auto",
+    as_json: Annotated[bool, typer.Option("--json", help="Everything, as JSON.")] = False,
+) -> None:
+    """Test the fronts' controllers on fresh seeds, in teams of several sizes: the paper's Table II."""
+    from swarmevo import assessment, console
+    from swarmevo.evaluation import Interrupted
+    from swarmevo.store import Store
+
+    sizes, count = _team_sizes(robots), _worker_count(workers)
+    with Store.open(run) as store:
+        try:
+            with _StopOnSignal() as stop, console.tests() as observe:
+                found = assessment.assess(store, sizes, repeats, robustness, count, observe, stop)
+        except (Interrupted, KeyboardInterrupt):
+            print("interrupted; nothing was stored", file=sys.stderr)
+            raise SystemExit(INTERRUPTED) from None
+    file = assessment.save(found, run)
+    if as_json:
+        print(assessment.as_json(found))
+    else:
+        console.show_assessment(found)
+    print(f"stored in {file}", file=sys.stderr)
+
+
+def _team_sizes(text: str) -> range:
+    match = re.fullmatch(r"([1-9]\d?)(?:-([1-9]\d?))?", text)
+    first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+    if not first <= last <= 64:
+        _exit(USAGE, f"--robots: expected a team size from 1 to 64, or two of them as in 1-5, got {text!r}")
+    return range(first, last + 1)
+
+
+@app.command()
+def report(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.", exists=True, file_okay=False)],
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Default: report.html in the run folder.", show_default=False)
+    ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Also write the figures as PDF and PNG.", show_default=False)
+    ] = None,
+) -> None:
+    """Write one HTML page about runs, with replays to click on; it needs no network."""
+    from swarmevo import report
+
+    if html is None and len(runs) > 1:
+        _exit(USAGE, "--html: expected a file for the report of several runs, got none")
+    try:
+        file = report.write(runs, html or runs[0] / report.FILE, lambda what: print(what, file=sys.stderr))
+        written = [file, *(report.write_figures(runs, figures) if figures else [])]
+    except OSError as error:
+        _exit(FAILED, f"{error.filename or html}: {error.strerror or error}")
+    for path in written:
+        print(path)
+
+
+@app.command()
+def replay(
+    run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder and an individual; else its best.")],
+    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
+    video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
+    serve: Annotated[bool, typer.Option("--serve", help="Serve the page on this machine.")] = False,
+    live: Annotated[bool, typer.Option("--live", help="Serve episodes that are simulated while they play.")] = False,
+    generation: Annotated[int | None, typer.Option(metavar="N", help="Of the episode; else the last one.")] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Of the episode.")] = 0,
+    robots: Annotated[str | None, typer.Option(metavar="N|N-M", help="Teams of these sizes, side by side.")] = None,
+    speed: Annotated[float, typer.Option(metavar="X", help="Of the video: times real time.", min=0.1, max=100)] = 8.0,
+    seconds: Annotated[str | None, typer.Option(metavar="FROM-TO", help="Of the episode, in the video.")] = None,
+    port: Annotated[int, typer.Option(metavar="N", help="To serve on; 0: any.", min=0, max=65535)] = 8000,
+    force: Annotated[bool, typer.Option("--force", help="Show a trajectory other than the stored one too.")] = False,
+) -> None:
+    """Simulate an individual's stored episode once more and show it in 3-D."""
+    from swarmevo import replay as replays
+    from swarmevo.store import Store
+
+    folder, genome = _run_and_individual(run)
+    sizes, span = _robots(robots), _seconds(seconds)
+    if live:
+        with Store.open(folder) as store:
+            replays.choose(store, genome)  # else the page alone would say that there is none
+        _serve(replays.render([], f"{folder.name}, live", live=True), port, folder, genome)
+        return
+    if video:
+        from swarmevo import replay_video
+
+        replay_video.check(video)
+    with Store.open(folder) as store:
+        chosen = replays.choose(store, genome, generation, repeat)
+        episodes, warning = replays.episodes(store, chosen, sizes, force)
+    if warning:
+        print(f"warning: {warning}", file=sys.stderr)
+    page = replays.render(episodes, f"{folder.name}, individual {chosen.genome}")
+    if html or not (video or serve):
+        _write_page(html or folder / f"replay-{chosen.genome}.html", page)
+    if video:
+        _film(video, page, speed, span or (0.0, episodes[0]["horizon"]))
+    if serve:
+        _serve(page, port)
+
+
+def _run_and_individual(text: str) -> tuple[Path, int | None]:
+    folder, _, individual = text.rpartition(":")
+    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,18}", individual):
+        return Path(folder), int(individual)
+    return Path(text), None
+
+
+def _robots(text: str | None) -> list[int]:
+    if text is None:
+        return []
+    match = re.fullmatch(r"([1-9]\d?)(?:-([1-9]\d?))?", text)
+    sizes = list(range(int(match[1]), int(match[2] or match[1]) + 1)) if match else []
+    if not sizes or sizes[-1] > 64 or len(sizes) > 8:
+        _exit(USAGE, f"--robots: expected a number from 1 to 64, or up to 8 sizes such as 1-5, got {text!r}")
+    return sizes
+
+
+def _seconds(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)-(\d+(?:\.\d+)?)", text)
+    if not match or float(match[1]) >= float(match[2]):
+        _exit(USAGE, f"--seconds: expected a span such as 10-40, got {text!r}")
+    return float(match[1]), float(match[2])
+
+
+def _write_page(file: Path, page: str) -> None:
+    try:
+        file.write_text(page, encoding="utf-8")
+    except OSError as error:
+        _exit(FAILED, f"{file}: {error.strerror}")
+    print(file)
+
+
+def _film(file: Path, page: str, speed: float, span: tuple[float, float]) -> None:
+    from swarmevo import console, replay_video
+
+    film = replay_video.Film(*span, speed=speed)
+    with console.frames(len(film.times())) as observe:
+        replay_video.write(file, page, film, observe)
+    print(file)
+
+
+def _serve(page: str, port: int, folder: Path | None = None, genome: int | None = None) -> None:
+    """Serve a page, and, of a run's folder, live episodes, until Ctrl-C."""
+    import contextlib
+
+    from swarmevo import replay_server
+
+    episode = replay_server.live_episodes(folder, genome) if folder else None
+    with replay_server.server(page, port, episode) as server:
+        print(replay_server.hint(server.server_port), file=sys.stderr)
+        with contextlib.suppress(KeyboardInterrupt):
+            server.serve_forever()
 
 
 @plugins_app.callback(invoke_without_command=True)

@@ -264,6 +264,10 @@ class Evolution(Section):
     """Episodes per evaluation; objectives are their mean."""
     seed: int | None = Field(default=None, ge=0, le=2**63 - 1)
     """Of everything random in the run; drawn, printed and stored if not given."""
+    on_fault: Literal["fail", "worst"] = "fail"
+    """When an episode fails: end the run, or give it the worst objectives, record why, and go on."""
+    episode_timeout: float | None = Field(default=None, ge=0.01, le=1e6)
+    """[s] of computing that an episode may take before it counts as failed; needs a process for each worker."""
 
 
 class Config(Section):
@@ -514,14 +518,15 @@ _CAUSES = {
 
 def _build(raw: dict[str, Any], errors: list[str]) -> tuple[Config, set[str]]:
     """Return the configuration and the paths of the keys whose default stands in, because they are wrong."""
-    try:
-        return Config.model_validate(raw), set()
-    except ValidationError as error:
-        problems = [problem for problem in error.errors() if not _follows(problem)]
-    errors += map(_line, problems)
     sound = copy.deepcopy(raw)
-    missing = {_drop(sound, problem["loc"]) for problem in problems}
-    return Config.model_validate(sound), missing
+    missing: set[str] = set()
+    while True:  # what is wrong about a whole shows only when its parts are sound
+        try:
+            return Config.model_validate(sound), missing
+        except ValidationError as error:
+            problems = [problem for problem in error.errors() if not _follows(problem)] or error.errors()
+        errors += map(_line, problems)
+        missing |= {_drop(sound, problem["loc"]) for problem in problems}
 
 
 def _follows(problem: ErrorDetails) -> bool:

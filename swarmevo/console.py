@@ -174,7 +174,8 @@ def _show_cost(out: Console, cost: Cost) -> None:
     out.print(
         f"\nCost so far: {cost.episodes} episodes of {cost.genomes} genomes, {_duration(cost.simulated_seconds)} "
         f"simulated in {_duration(cost.seconds)} ({speed:.0f} times real time); "
-        f"{cost.ode_messages} warnings of ODE, {cost.unsolved_steps} unsolved steps",
+        f"{cost.ode_messages} warnings of ODE, {cost.unsolved_steps} unsolved steps"
+        + (f", {cost.faults} failed episodes" if cost.faults else ""),
     )
 
 

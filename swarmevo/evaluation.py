@@ -10,6 +10,10 @@ the several worlds of its job at once; its jobs are therefore cut the same way o
 
 All individuals of a generation meet the same noise (common random numbers): an episode's key knows the run's seed, the
 trial, the generation and the repeat, not the individual.
+
+An episode fails when the physics, the controller or a fitness does. Then the run ends, or, with ``evolution.on_fault:
+worst``, the episode gets the worst objectives. A job that fails as a whole is run again episode by episode, so that
+only those episodes fail which do so alone.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed, wait
 from contextlib import closing
 from dataclasses import dataclass
@@ -29,10 +33,11 @@ from typing import Any, Final, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo import plugins, simulator
+from swarmevo import plugins, simulator, supervision
 from swarmevo.config import Config
 from swarmevo.protocols import (
     CHANNELS,
+    BoolArray,
     Compiled,
     Controller,
     FeedForward,
@@ -51,8 +56,10 @@ TELEMETRY_BYTES: Final = 64 * 2**20
 """Most that the telemetry of one job takes."""
 JOB_SECONDS: Final = 0.5
 """A job should not take longer, so that Ctrl-C is answered soon; one episode is the least."""
-JOBS_PER_WORKER: Final = 4
-"""At least so many jobs for each worker, if there are so many episodes: none waits long for the last."""
+LEFT_SHARE: Final = 2
+"""A job is at most this part of what is left for each worker: large ones first, so that the last ones are short."""
+START_SECONDS: Final = 120.0
+"""Most that a process with a time limit takes to start and to load the plugins, on a busy machine."""
 LOCKSTEP_WORLDS: Final = 8
 """Episodes in a job of a controller written in Python: enough to make a call of it cheap."""
 
@@ -83,6 +90,8 @@ class Evaluation:
     """``(n, r)``: warnings of the physics library."""
     unsolved_steps: NDArray[np.uint32]
     """``(n, r)``: time steps that it could not solve."""
+    faults: dict[tuple[int, int], str]
+    """Why episodes failed, by individual and repeat; theirs are the worst objectives and the hash 0."""
     seconds: float
     """From start to end."""
 
@@ -97,10 +106,14 @@ def to_costs(objectives: Sequence[Objective], values: FloatArray) -> FloatArray:
     return costs
 
 
+def worst(objectives: Sequence[Objective]) -> FloatArray:
+    """Return ``(m,)``: the worse end of each objective's range."""
+    return np.array([o.range[0] if o.direction == "maximise" else o.range[1] for o in objectives], dtype=np.float64)
+
+
 def reference_costs(objectives: Sequence[Objective]) -> FloatArray:
     """Return ``(m,)``: the worse end of each objective's range as costs, the hypervolume's reference."""
-    worse = [o.range[0] if o.direction == "maximise" else o.range[1] for o in objectives]
-    return to_costs(objectives, np.array(worse, dtype=np.float64))
+    return to_costs(objectives, worst(objectives))
 
 
 def mean_over_repeats(objectives: FloatArray) -> FloatArray:
@@ -128,20 +141,54 @@ class Job:
     episodes: tuple[EpisodeKey, ...]
     """``k``"""
 
+    def alone(self, i: int) -> Job:
+        """Return episode i as a job of its own."""
+        return Job(self.start + i, self.individuals[i : i + 1], self.genomes[i : i + 1], self.episodes[i : i + 1])
+
 
 @dataclass(frozen=True)
 class JobResult:
-    """What a job's k episodes gave; fields as in :class:`Evaluation`, with one axis for individuals and repeats."""
+    """What k episodes gave; fields as in :class:`Evaluation`, with one axis for individuals and repeats."""
 
-    start: int
+    places: NDArray[np.intp]
+    """``(k,)``: number of each episode in the evaluation: individual times repeats, plus repeat."""
     objectives: FloatArray
     hash: NDArray[np.uint64]
     push_time: FloatArray
     homing_time: FloatArray
     ode_messages: NDArray[np.uint32]
     unsolved_steps: NDArray[np.uint32]
+    faults: tuple[str, ...]
+    """``k``: why each failed; "" where it did not."""
     seconds: float
-    """That the job took."""
+    """That they took."""
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def only(self, wanted: BoolArray) -> JobResult:
+        """Return the episodes where ``wanted`` ``(k,)`` is true."""
+        arrays = {name: getattr(self, name)[wanted] for name in _ARRAYS}
+        return JobResult(
+            **arrays,
+            faults=tuple(fault for fault, want in zip(self.faults, wanted, strict=True) if want),
+            seconds=self.seconds,
+        )
+
+
+_ARRAYS: Final = ("places", "objectives", "hash", "push_time", "homing_time", "ode_messages", "unsolved_steps")
+
+
+def joined(results: Sequence[JobResult]) -> JobResult:
+    """Return one or more results as one, in the order of their episodes."""
+    places = np.concatenate([result.places for result in results])
+    order = np.argsort(places)
+    faults = [fault for result in results for fault in result.faults]
+    return JobResult(
+        **{name: np.concatenate([getattr(result, name) for result in results])[order] for name in _ARRAYS},
+        faults=tuple(faults[i] for i in order),
+        seconds=sum(result.seconds for result in results),
+    )
 
 
 def never() -> bool:
@@ -149,8 +196,15 @@ def never() -> bool:
     return False
 
 
+def forget(result: JobResult, seconds: float) -> None:
+    """Do not keep."""
+
+
 def run_job(config_json: str, job: Job, cancelled: Callable[[], bool] = never) -> JobResult:
     """Run a job on the calling thread. A pure function: any process on any machine gives the same.
+
+    With a time limit (``evolution.episode_timeout``) it runs in a process of its own, which is killed when it takes
+    longer than the limit times its number of episodes, or ends by itself.
 
     Args:
         config_json: A ``Config``, by ``model_dump_json()``.
@@ -164,7 +218,42 @@ def run_job(config_json: str, job: Job, cancelled: Callable[[], bool] = never) -
     """
     if cancelled():
         raise Interrupted
-    return _setup(config_json).run(job, cancelled)
+    setup = _setup(config_json)
+    if setup.timeout is None:
+        return setup.run(job, cancelled)
+    return _run_supervised(config_json, setup, job, cancelled)
+
+
+def _run_supervised(config_json: str, setup: _Setup, job: Job, cancelled: Callable[[], bool]) -> JobResult:
+    """Run a job in another process; if that gets lost, run its episodes one by one or say what happened."""
+    limit = (setup.timeout or 0.0) * len(job.episodes)
+    started = time.perf_counter()
+    try:
+        with supervision.child() as child:
+            child.call(_warm_up, (config_json,), START_SECONDS, cancelled)
+            return child.call(_run_here, (config_json, job), limit, cancelled)
+    except supervision.Cancelled as wish:
+        raise Interrupted from wish
+    except supervision.Lost as lost:
+        reason = f"the episode {lost}"
+        if not setup.goes_on:
+            raise EvaluationError(f"{_place(job, 0)}{_others(job)}: {reason} (evolution.episode_timeout)") from lost
+        if len(job.episodes) == 1:
+            return setup.failed(job, reason, time.perf_counter() - started)
+        return joined([_run_supervised(config_json, setup, job.alone(i), cancelled) for i in range(len(job.episodes))])
+
+
+def _warm_up(config_json: str) -> None:
+    _setup(config_json)
+
+
+def _run_here(config_json: str, job: Job) -> JobResult:
+    return _setup(config_json).run(job, never)
+
+
+def _others(job: Job) -> str:
+    more = len(job.episodes) - 1
+    return f", or one of the {more} episodes after it" if more else ""
 
 
 _THREAD = threading.local()  # a cache: what a thread made from the configuration that it saw last
@@ -190,6 +279,8 @@ class _Setup:
         self._channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
         self.objectives = [objective for fitness in self._fitness for objective in fitness.objectives]
         _check_names(self.objectives)
+        self.timeout = config.evolution.episode_timeout
+        self.goes_on = config.evolution.on_fault == "worst"
         space = self._controller.space
         self.space = space.tile(self._info.robots) if self._own_genomes else space
         self._judged = TeamController(self._controller.made, self._info.robots) if self._own_genomes else None
@@ -211,21 +302,49 @@ class _Setup:
         return 8 * self._info.control_steps * sum(math.prod(shape) for shape in shapes)
 
     def run(self, job: Job, cancelled: Callable[[], bool]) -> JobResult:
+        """Run a job on the calling thread."""
+        started = time.perf_counter()
+        try:
+            return self._run(job, cancelled)
+        except EvaluationError as error:
+            if not self.goes_on:
+                raise
+            if len(job.episodes) == 1:
+                return self.failed(job, str(error), time.perf_counter() - started)
+            return joined([self.run(job.alone(i), cancelled) for i in range(len(job.episodes))])
+
+    def _run(self, job: Job, cancelled: Callable[[], bool]) -> JobResult:
         started = time.perf_counter()
         done = self._simulate(job, cancelled)
-        for i, status in enumerate(done.status):
-            if status:
-                raise EvaluationError(f"{_place(job, i)}: the episode failed: {done.messages[i]}")
+        failed = np.flatnonzero(done.status)
+        if len(failed):
+            first = int(failed[0])
+            raise EvaluationError(f"{_place(job, first)}: the episode failed: {done.messages[first]}")
         objectives = [self._judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
         return JobResult(
-            start=job.start,
+            places=job.start + np.arange(len(job.episodes)),
             objectives=np.array(objectives),
             hash=done.hash,
             push_time=done.telemetry.push_time,
             homing_time=done.telemetry.homing_time,
             ode_messages=done.ode_messages,
             unsolved_steps=done.unsolved_steps,
+            faults=("",) * len(job.episodes),
             seconds=time.perf_counter() - started,
+        )
+
+    def failed(self, job: Job, reason: str, seconds: float) -> JobResult:
+        """Return the result of a job whose one episode failed."""
+        return JobResult(
+            places=np.array([job.start]),
+            objectives=worst(self.objectives)[np.newaxis],
+            hash=np.zeros(1, dtype=np.uint64),
+            push_time=np.full(1, np.nan),
+            homing_time=np.full((1, self._info.robots), np.nan),
+            ode_messages=np.zeros(1, dtype=np.uint32),
+            unsolved_steps=np.zeros(1, dtype=np.uint32),
+            faults=(reason,),
+            seconds=seconds,
         )
 
     def _simulate(self, job: Job, cancelled: Callable[[], bool]) -> simulator.Episodes:
@@ -308,7 +427,7 @@ class _CheckedController:
 
     def policies(self, teams: FloatArray) -> NativePolicies:
         """Return one policy for each genome of ``teams`` ``(n, genomes, size)``, made team by team."""
-        return _joined([self._policies(team.copy()) for team in teams])
+        return _one([self._policies(team.copy()) for team in teams])
 
     def _policies(self, genomes: FloatArray) -> NativePolicies:
         policies = _call(self.title, "policies", self.made.policies, genomes)
@@ -430,7 +549,7 @@ def _check_names(objectives: Sequence[Objective]) -> None:
             raise EvaluationError(f"fitness: two objectives are named {name!r}; choose plugins or options that differ")
 
 
-def _joined(parts: Sequence[NativePolicies]) -> NativePolicies:
+def _one(parts: Sequence[NativePolicies]) -> NativePolicies:
     """Return the policies of all ``parts``, which one controller made."""
     first = parts[0]
     if isinstance(first, FeedForward):
@@ -451,8 +570,33 @@ def _joined(parts: Sequence[NativePolicies]) -> NativePolicies:
 class Backend(Protocol):
     """Where jobs run."""
 
-    def run(self, jobs: Sequence[Job]) -> Generator[JobResult, None, None]:
-        """Yield the jobs' results in any order; when closed early, drop the rest and wait for what still runs."""
+    @property
+    def slots(self) -> int:
+        """How many jobs run at once, at least 1; it may change."""
+        ...
+
+    @property
+    def job_seconds(self) -> float:
+        """What a job should take: short enough to stop soon, long enough to be worth its way."""
+        ...
+
+    @property
+    def machines(self) -> Mapping[str, Any]:
+        """What to note about where jobs run, if not here."""
+        ...
+
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
+        """Yield the jobs' results in any order.
+
+        When closed early, drop the rest and wait for what still runs.
+
+        Args:
+            jobs: To run.
+            stop: Asked between results; when true, begin no more jobs, yield what is finished, and end.
+
+        Raises:
+            Interrupted: ``stop`` said so before the last result.
+        """
         ...
 
     def close(self) -> None:
@@ -465,15 +609,34 @@ class ThreadBackend:
 
     def __init__(self, config_json: str, workers: int) -> None:
         self._config_json = config_json
+        self.slots = workers
         self._threads = ThreadPoolExecutor(workers, thread_name_prefix="swarmevo")
 
-    def run(self, jobs: Sequence[Job]) -> Generator[JobResult, None, None]:
+    @property
+    def job_seconds(self) -> float:
+        """See :class:`Backend`."""
+        return JOB_SECONDS
+
+    @property
+    def machines(self) -> Mapping[str, Any]:
+        """See :class:`Backend`."""
+        return {}
+
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
         """See :class:`Backend`."""
         cancelled = threading.Event()
         futures = [self._threads.submit(run_job, self._config_json, job, cancelled.is_set) for job in jobs]
+        to_come = len(jobs)
         try:
             for future in as_completed(futures):
+                if isinstance(future.exception(), Interrupted):
+                    continue
+                to_come -= 1
                 yield future.result()
+                if not cancelled.is_set() and stop() and to_come:
+                    cancelled.set()
+            if cancelled.is_set():
+                raise Interrupted
         finally:
             cancelled.set()
             wait(futures)
@@ -481,6 +644,7 @@ class ThreadBackend:
     def close(self) -> None:
         """See :class:`Backend`."""
         self._threads.shutdown()
+        supervision.dismiss()
 
 
 # ---- the evaluator ---------------------------------------------------------------------------------------------------
@@ -508,10 +672,9 @@ class Evaluator:
             raise ValueError(f"workers: expected a number of at least 0, got {workers}")
         self.seed: Final = config.evolution.seed
         self._repeats = config.evolution.repeats
-        self._workers = workers or len(os.sched_getaffinity(0))
         self._setup = _Setup(config)
         self._episode_seconds = math.inf  # of one worker, measured
-        self._backend = backend(config.model_dump_json(), self._workers)
+        self._backend = backend(config.model_dump_json(), workers or len(os.sched_getaffinity(0)))
 
     def __enter__(self) -> Self:
         return self
@@ -546,12 +709,23 @@ class Evaluator:
         return self._setup.robots
 
     @property
+    def machines(self) -> Mapping[str, Any]:
+        """What to note about where episodes run, if not here."""
+        return self._backend.machines
+
+    @property
     def library(self) -> dict[str, str]:
         """What the simulator says about itself."""
         return simulator.library_info()
 
     def evaluate(
-        self, genomes: FloatArray, trial: int, generation: int, stop: Callable[[], bool] = never
+        self,
+        genomes: FloatArray,
+        trial: int,
+        generation: int,
+        stop: Callable[[], bool] = never,
+        known: JobResult | None = None,
+        keep: Callable[[JobResult, float], None] = forget,
     ) -> Evaluation:
         """Run every genome through the configured number of episodes.
 
@@ -560,6 +734,9 @@ class Evaluator:
             trial: From 0.
             generation: From 0.
             stop: Asked between jobs; when true, the evaluation ends.
+            known: Results of some of these episodes, from an evaluation that was cut short: not run again.
+            keep: Given the results of each job when they come, and the seconds since the start; but not those of a job
+                in which an episode failed, which should have another try.
 
         Raises:
             EvaluationError: A plugin or an episode failed.
@@ -569,13 +746,27 @@ class Evaluator:
         if genomes.ndim != 2 or genomes.shape[1] != self.space.size:
             raise ValueError(f"genomes: expected the shape (n, {self.space.size}), got {genomes.shape}")
         started = time.perf_counter()
-        results = self._run(self._jobs(genomes, trial, generation), stop)
-        self._episode_seconds = sum(r.seconds for r in results) / (len(genomes) * self._repeats)
-        results.sort(key=lambda result: result.start)
+        jobs = self._jobs(genomes, trial, generation, known)
+        results = []
+        for result in self._run(jobs, stop):
+            results.append(result)
+            if not any(result.faults):
+                keep(result, time.perf_counter() - started)
+        if results:
+            self._episode_seconds = sum(result.seconds for result in results) / sum(map(len, results))
+        if known is not None:
+            results.append(_without(known, jobs))
+        return self._evaluation(joined(results), len(genomes), time.perf_counter() - started)
+
+    def _evaluation(self, results: JobResult, n: int, seconds: float) -> Evaluation:
+        """Return the results of all episodes of n genomes, by genome and repeat."""
+        if all(results.faults):
+            raise EvaluationError(f"every episode of the generation failed; the first: {results.faults[0]}")
+        shape = (n, self._repeats)
 
         def gathered(name: str) -> NDArray[Any]:
-            values = np.concatenate([getattr(result, name) for result in results])
-            return values.reshape(len(genomes), self._repeats, *values.shape[1:])
+            values = getattr(results, name)
+            return np.reshape(values, (*shape, *values.shape[1:]))
 
         objectives = gathered("objectives")
         return Evaluation(
@@ -586,38 +777,48 @@ class Evaluator:
             homing_time=gathered("homing_time"),
             ode_messages=gathered("ode_messages"),
             unsolved_steps=gathered("unsolved_steps"),
-            seconds=time.perf_counter() - started,
+            faults={place: fault for place, fault in zip(np.ndindex(shape), results.faults, strict=True) if fault},
+            seconds=seconds,
         )
 
-    def _jobs(self, genomes: FloatArray, trial: int, generation: int) -> list[Job]:
-        """Cut the evaluation into jobs: for each individual its repeats, one after the other."""
+    def _jobs(self, genomes: FloatArray, trial: int, generation: int, known: JobResult | None) -> list[Job]:
+        """Cut what is not known of the evaluation into jobs: for each individual its repeats, one after the other."""
         total = len(genomes) * self._repeats
-        length = self._job_length(total)
         keys = [EpisodeKey(self.seed, trial, generation, repeat) for repeat in range(self._repeats)]
         jobs = []
-        for start in range(0, total, length):
-            places = range(start, min(start + length, total))
+        for places in self._cut(total, [] if known is None else known.places.tolist()):
             individuals = tuple(place // self._repeats for place in places)
             episodes = tuple(keys[place % self._repeats] for place in places)
-            jobs.append(Job(start, individuals, genomes[list(individuals)], episodes))
+            jobs.append(Job(places.start, individuals, genomes[list(individuals)], episodes))
         return jobs
 
-    def _job_length(self, total: int) -> int:
-        """Return the number of episodes in a job."""
-        memory = TELEMETRY_BYTES // max(self._setup.episode_bytes, 1)
-        if not self._setup.native:  # by nothing that differs between machines: it may show in the results
-            return max(1, min(memory, LOCKSTEP_WORLDS))
-        time = JOB_SECONDS / self._episode_seconds
-        share = total / (self._workers * JOBS_PER_WORKER)
-        return max(1, int(min(memory, time, share)))
+    def _cut(self, total: int, known: Collection[int]) -> list[range]:
+        """Return the places of each job's episodes."""
+        memory = max(1, TELEMETRY_BYTES // max(self._setup.episode_bytes, 1))
+        if not self._setup.native:  # always the same jobs, each as a whole: how they are cut may show in the results
+            length = min(memory, LOCKSTEP_WORLDS)
+            jobs = [range(start, min(start + length, total)) for start in range(0, total, length)]
+            return [job for job in jobs if not set(job) <= set(known)]
+        most = min(memory, self._backend.job_seconds / self._episode_seconds)
+        slots, left = self._backend.slots, total - len(known)
+        jobs, start = [], 0
+        for end in sorted({*known, total}):
+            while start < end:
+                length = max(1, int(min(most, left / (slots * LEFT_SHARE), end - start)))
+                jobs.append(range(start, start + length))
+                start, left = start + length, left - length
+            start = end + 1
+        return jobs
 
-    def _run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> list[JobResult]:
+    def _run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Iterator[JobResult]:
+        """Yield the jobs' results as they come."""
         if stop():
             raise Interrupted
-        results = []
-        with closing(self._backend.run(jobs)) as finished:
-            for result in finished:
-                results.append(result)
-                if stop() and len(results) < len(jobs):
-                    raise Interrupted
-        return results
+        with closing(self._backend.run(jobs, stop)) as finished:
+            yield from finished
+
+
+def _without(known: JobResult, jobs: Sequence[Job]) -> JobResult:
+    """Return the known results but for those that ``jobs`` run anew."""
+    anew = {job.start + i for job in jobs for i in range(len(job.episodes))}
+    return known.only(np.array([place not in anew for place in known.places.tolist()], dtype=np.bool_))

@@ -2,28 +2,40 @@
 """The loop: ask the optimiser, evaluate, tell it, store. Nothing here knows what the optimiser does.
 
 All that a generation depends on is the optimiser's state after the one before, and both are stored in one transaction.
-So a run that was killed and continued, however often, gives the same bits as one that never was.
+So a run that was killed and continued, however often, gives the same bits as one that never was. Results are kept as
+they come: of a generation that was cut short only the jobs in work are run again.
 """
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import moocore
 import numpy as np
 
 from swarmevo import config as configuration
 from swarmevo import plugins
-from swarmevo.config import Config
-from swarmevo.evaluation import Evaluation, Evaluator, never, one_line, plugin_title, to_costs
+from swarmevo.config import Config, ConfigError
+from swarmevo.evaluation import (
+    Backend,
+    Evaluation,
+    Evaluator,
+    JobResult,
+    ThreadBackend,
+    never,
+    one_line,
+    plugin_title,
+    to_costs,
+)
 from swarmevo.plugins import PluginError
 from swarmevo.protocols import FloatArray, GenomeSpace, Objective, Optimiser
 from swarmevo.provenance import provenance
-from swarmevo.store import Generation, Store, StoreError, encode_state
+from swarmevo.store import Generation, InFlight, Store, StoreError, encode_state
 
 OPTIMISER_STREAM: Final = 0x0B7
 """Sets the optimiser's random numbers apart from the episodes'."""
@@ -54,6 +66,10 @@ class Progress:
     """To the end of the run."""
 
 
+MakeBackend: TypeAlias = Callable[[str, int], Backend]
+"""From a configuration as JSON and a number of workers."""
+
+
 def begin(folder: str | os.PathLike[str], config: Config) -> None:
     """Make the folder of a new run, ready for :func:`evolve`.
 
@@ -65,23 +81,58 @@ def begin(folder: str | os.PathLike[str], config: Config) -> None:
         EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
         StoreError: The folder exists or cannot be made.
     """
-    chosen = {"controller": config.controller, "fitness": config.fitness, "optimiser": config.optimiser}
-    found = [str(plugins.find(kind, name)) for kind, names in chosen.items() for name in names]
-    text = configuration.dump(config)
     with Evaluator(config, workers=1) as evaluator:
         _Guarded(config, evaluator, trial=0)
-        origin = provenance(text, found, evaluator.library)
+        text, origin = configuration.dump(config), origin_of(config, evaluator)
         Store.create(folder, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
 
 
-def evolve(store: Store, workers: int, observe: Callable[[Progress], None], stop: Callable[[], bool] = never) -> None:
+def extend(store: Store, generations: str) -> int:
+    """Change how many generations a run shall have; return the new number.
+
+    Args:
+        store: Open for writing.
+        generations: In each trial: ``N``, or ``+N`` for so many more than now.
+
+    Raises:
+        ConfigError: It is no such number, too large, or fewer than a trial already has.
+        StoreError: The folder cannot be written.
+    """
+    if not re.fullmatch(r"\+?[0-9]{1,9}", generations):
+        raise ConfigError([f"generations: expected a whole number, or +N for so many more, got {generations!r}"])
+    now = configuration.load(store.config_path)
+    wanted = int(generations) + (now.evolution.generations if generations.startswith("+") else 0)
+    stored = max((store.generations(trial) for trial in store.trials()), default=0)
+    if wanted < stored:
+        raise ConfigError([f"generations: expected at least the {stored} that are stored, got {wanted}"])
+    extended = configuration.load(store.config_path, [f"evolution.generations={wanted}"])
+    if extended != now:
+        store.replace_config(configuration.dump(extended))
+    return wanted
+
+
+def origin_of(config: Config, evaluator: Evaluator) -> dict[str, Any]:
+    """Return the provenance of what is evaluated here and now."""
+    chosen = {"controller": config.controller, "fitness": config.fitness, "optimiser": config.optimiser}
+    found = [str(plugins.find(kind, name)) for kind, names in chosen.items() for name in names]
+    return {**provenance(configuration.dump(config), found, evaluator.library), **evaluator.machines}
+
+
+def evolve(
+    store: Store,
+    workers: int,
+    observe: Callable[[Progress], None],
+    stop: Callable[[], bool] = never,
+    backend: MakeBackend = ThreadBackend,
+) -> None:
     """Run every trial of a run from its last stored generation to the end.
 
     Args:
         store: Open for writing.
         workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
         observe: Told after each generation.
-        stop: Asked between jobs; when true, the generation in work is dropped; the run can be continued.
+        stop: Asked between jobs; when true, the jobs in work are dropped; the run can be continued.
+        backend: Where episodes run. The results do not depend on it.
 
     Raises:
         EvaluationError, PluginError, SimulatorError: Something failed; the generations stored before are kept.
@@ -89,8 +140,9 @@ def evolve(store: Store, workers: int, observe: Callable[[Progress], None], stop
         StoreError: The folder cannot be written, or its plugins now measure something else.
     """
     config = configuration.load(store.config_path)
-    with Evaluator(config, workers) as evaluator:
-        _check_objectives(store, evaluator)
+    with Evaluator(config, workers, backend) as evaluator:
+        check_objectives(store, evaluator)
+        store.begin_session(origin_of(config, evaluator))
         run = _Run(store, config, evaluator, observe, stop)
         for trial in range(config.evolution.trials):
             run.finish(trial)
@@ -130,14 +182,26 @@ class _Run:
     def _step(self, optimiser: _Guarded, trial: int, generation: int) -> None:
         started = perf_counter()
         genomes = optimiser.ask(generation)
-        evaluation = self._evaluator.evaluate(genomes, trial, generation, self._stop)
+        evaluation, seconds = self._evaluate(genomes, trial, generation)
         optimiser.tell(generation, genomes, evaluation.costs)
         state = optimiser.state(generation)
-        self._store.append(trial, generation, _record(genomes, evaluation), state)
+        self._store.append(trial, generation, _record(genomes, evaluation, seconds), state)
         self._recent = [*self._recent, perf_counter() - started][-RECENT_GENERATIONS:]
         self._episodes += evaluation.hash.size
         self._to_go -= 1
         self._observe(self._progress(trial, generation, evaluation))
+
+    def _evaluate(self, genomes: FloatArray, trial: int, generation: int) -> tuple[Evaluation, float]:
+        """Run what is not kept of a generation; return all of it, and the seconds that it took in all sessions."""
+        kept = self._store.in_flight(trial, generation, genomes)
+
+        def keep(result: JobResult, seconds: float) -> None:
+            episodes = _in_flight(result, self._config.evolution.repeats, kept.seconds + seconds)
+            self._store.keep(trial, generation, genomes, episodes)
+
+        known = _known(kept, self._config.evolution.repeats)
+        evaluation = self._evaluator.evaluate(genomes, trial, generation, self._stop, known, keep)
+        return evaluation, kept.seconds + evaluation.seconds
 
     def _progress(self, trial: int, generation: int, evaluation: Evaluation) -> Progress:
         evolution = self._config.evolution
@@ -154,7 +218,36 @@ class _Run:
         )
 
 
-def _record(genomes: FloatArray, evaluation: Evaluation) -> Generation:
+def _in_flight(result: JobResult, repeats: int, seconds: float) -> InFlight:
+    individual, repeat = np.divmod(result.places, repeats)
+    return InFlight(
+        individual=individual,
+        repeat=repeat,
+        objectives=result.objectives,
+        hash=result.hash,
+        push_time=result.push_time,
+        homing_time=result.homing_time,
+        ode_messages=result.ode_messages,
+        unsolved_steps=result.unsolved_steps,
+        seconds=seconds,
+    )
+
+
+def _known(kept: InFlight, repeats: int) -> JobResult:
+    return JobResult(
+        places=kept.individual * repeats + kept.repeat,
+        objectives=kept.objectives,
+        hash=kept.hash,
+        push_time=kept.push_time,
+        homing_time=kept.homing_time,
+        ode_messages=kept.ode_messages,
+        unsolved_steps=kept.unsolved_steps,
+        faults=("",) * len(kept.hash),
+        seconds=kept.seconds,
+    )
+
+
+def _record(genomes: FloatArray, evaluation: Evaluation, seconds: float) -> Generation:
     return Generation(
         genomes=genomes,
         objectives=evaluation.objectives,
@@ -163,7 +256,8 @@ def _record(genomes: FloatArray, evaluation: Evaluation) -> Generation:
         homing_time=evaluation.homing_time,
         ode_messages=evaluation.ode_messages,
         unsolved_steps=evaluation.unsolved_steps,
-        seconds=evaluation.seconds,
+        seconds=seconds,
+        faults=evaluation.faults,
     )
 
 
@@ -172,7 +266,12 @@ def _best(objectives: list[Objective], costs: FloatArray) -> dict[str, float]:
     return {objective.name: float(value) for objective, value in zip(objectives, least, strict=True)}
 
 
-def _check_objectives(store: Store, evaluator: Evaluator) -> None:
+def check_objectives(store: Store, evaluator: Evaluator) -> None:
+    """Refuse plugins that measure something else than those that the run began with.
+
+    Raises:
+        StoreError: They do.
+    """
     if (now := tuple(evaluator.objectives)) != store.objectives:
         raise StoreError(
             f"{store.folder}: expected the objectives {store.objectives}, the plugins now have {now}; "

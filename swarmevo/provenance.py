@@ -37,13 +37,13 @@ def provenance(config_yaml: str, plugins: Sequence[str], library: Mapping[str, s
         "git_revision": _git_revision(),
         "config_sha256": hashlib.sha256(config_yaml.encode()).hexdigest(),
         "plugins": list(plugins),
-        "library": dict(library),
+        "library": {**library, "sha256": _sha256_of_file(library.get("path"))},
         "python": sys.version,
         "numpy": np.__version__,
         "sqlite": sqlite3.sqlite_version,
         "platform": platform.platform(),
         "libc": " ".join(platform.libc_ver()),
-        "cpu": _cpu(),
+        "cpu": cpu(),
         "cores": os.cpu_count(),
     }
 
@@ -60,7 +60,14 @@ def _git_revision() -> str | None:
         return None
 
 
-def _cpu() -> str:
+def _sha256_of_file(path: str | None) -> str | None:
+    """Return what tells two builds of the same version apart; None if there is no such file."""
+    with contextlib.suppress(OSError):
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest() if path else None
+    return None
+
+
+def cpu() -> str:
     """Return the processor's model."""
     with contextlib.suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():

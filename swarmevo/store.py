@@ -10,7 +10,8 @@ A run folder holds
 
 Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
 
-- ``run``, one row: ``seed``, ``robots``, ``config_sha256``.
+- ``run``, one row: ``seed``, ``robots``, ``config_sha256``; ``next_config_sha256`` while ``config.yaml`` is replaced.
+- ``session``: ``id`` (from 1), ``provenance`` as JSON. A new one when the run goes on with anything else than before.
 - ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range.
 - ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``.
 - ``genome``: ``id`` (from 1), ``sha256`` of ``genes``, ``genes`` as little-endian float64. Equal genomes are one row.
@@ -19,10 +20,14 @@ Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
 - ``episode``: ``trial``, ``generation``, ``individual``, ``repeat``; ``hash`` of its trajectory (64 bits, as a signed
   integer); ``push_time`` [s] and, for each robot ``j``, ``homing_time_j`` [s], NULL: never; ``ode_messages`` and
   ``unsolved_steps`` of the physics library; for each objective ``k``, ``objective_k`` as measured, in its own
-  direction. Its random streams are keyed by the run's seed and (trial, generation, repeat).
+  direction; ``session`` that ran it; ``fault``: why it failed, NULL: it did not. A failed episode has the worst
+  objectives and the hash 0. Its random streams are keyed by the run's seed and (trial, generation, repeat).
 - ``optimiser``: ``trial``, ``generation`` after which it was taken, ``state`` as JSON (:func:`encode_state`).
+- ``in_flight``: episodes of the generation in work, as in ``episode``, with the SHA-256 of the ``genome`` and the
+  ``seconds`` that the generation had taken by then. Empty when no run was cut short.
 
-A generation and the optimiser's state after it are stored in one transaction: both are there, or neither.
+A generation and the optimiser's state after it are stored in one transaction, which empties ``in_flight``: all of it
+happens, or nothing.
 """
 
 from __future__ import annotations
@@ -30,6 +35,7 @@ from __future__ import annotations
 import base64
 import contextlib
 import fcntl
+import functools
 import hashlib
 import json
 import math
@@ -37,12 +43,12 @@ import os
 import shutil
 import socket
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Concatenate, Final, ParamSpec, Self, TypeVar
 from urllib.parse import quote
 
 import numpy as np
@@ -50,7 +56,7 @@ from numpy.typing import NDArray
 
 from swarmevo.protocols import FloatArray, Objective
 
-SCHEMA_VERSION: Final = 1
+SCHEMA_VERSION: Final = 2
 """Of the tables; a folder written with another one is refused."""
 APPLICATION_ID: Final = 0x53574556
 """``SWEV``: tells a run from any other SQLite file."""
@@ -61,6 +67,7 @@ DATABASE_FILE: Final = "run.sqlite"
 LOCK_FILE: Final = "run.lock"
 
 _ARRAY_KEYS: Final = {"dtype", "shape", "base64"}
+_MOST_ROBOTS: Final = 64  # as in swarmevo.h; more are not in a sound file
 _BUSY_SECONDS: Final = 30.0  # longer than any transaction takes
 
 
@@ -91,6 +98,26 @@ class Generation:
     """``(n, r)``: time steps that it could not solve."""
     seconds: float
     """That the evaluation took."""
+    faults: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    """Why episodes failed, by individual and repeat; theirs are the worst objectives."""
+
+
+@dataclass(frozen=True)
+class InFlight:
+    """Episodes of a generation that is not complete; fields as in :class:`Generation`. First axis: k episodes."""
+
+    individual: NDArray[np.int64]
+    """``(k,)``: place in the generation, from 0."""
+    repeat: NDArray[np.int64]
+    """``(k,)``: from 0."""
+    objectives: FloatArray
+    hash: NDArray[np.uint64]
+    push_time: FloatArray
+    homing_time: FloatArray
+    ode_messages: NDArray[np.uint32]
+    unsolved_steps: NDArray[np.uint32]
+    seconds: float
+    """That the generation had taken when the last of them came."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +178,8 @@ class Totals:
     unsolved_steps: int
     seconds: float
     """That the evaluations took."""
+    faults: int
+    """Episodes that failed."""
 
 
 # ---- the optimiser's state as text -----------------------------------------------------------------------------------
@@ -177,7 +206,10 @@ def decode_state(text: str) -> dict[str, Any]:
     Raises:
         ValueError: It is no such text.
     """
-    state = json.loads(text, object_hook=_array_or_dict)
+    try:
+        state = json.loads(text, object_hook=_array_or_dict)
+    except (TypeError, RecursionError) as error:
+        raise ValueError(f"expected what encode_state returns: {error}") from error
     if not isinstance(state, dict):
         raise ValueError(f"expected a JSON object, got {type(state).__name__}")
     return state
@@ -261,6 +293,24 @@ class _WriterLock:
 
 # ---- the store -------------------------------------------------------------------------------------------------------
 
+_Returned = TypeVar("_Returned")
+_Given = ParamSpec("_Given")
+
+
+def _readable(
+    method: Callable[Concatenate[Store, _Given], _Returned],
+) -> Callable[Concatenate[Store, _Given], _Returned]:
+    """Make a method of a store that reads say so when what it reads makes no sense."""
+
+    @functools.wraps(method)
+    def read(store: Store, /, *arguments: _Given.args, **named: _Given.kwargs) -> _Returned:
+        try:
+            return method(store, *arguments, **named)
+        except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
+            raise StoreError(f"{store.folder / DATABASE_FILE}: {_ADVICE['SQLITE_CORRUPT']}") from error
+
+    return read
+
 
 class Store:
     """An open run folder. Use as a context manager; belongs to one thread.
@@ -274,8 +324,9 @@ class Store:
         self._database: Final = database
         self._lock = lock
         with _explained(folder):
-            self.seed, self.robots, self._config_sha256 = self._seed_robots_config()
+            self.seed, self.robots, self._config_sha256, self._next_config_sha256 = self._run()
             self.objectives = self._objectives()
+            self._session = self._last_session()
 
     @classmethod
     def create(
@@ -310,7 +361,8 @@ class Store:
             with _explained(folder):
                 (folder / CONFIG_FILE).write_text(config_yaml, encoding="utf-8")
                 (folder / PROVENANCE_FILE).write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
-                _create_database(folder / DATABASE_FILE, _sha256(config_yaml.encode()), objectives, robots, seed)
+                digest = _sha256(config_yaml.encode())
+                _create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
             return cls.open(folder, readonly=False)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
@@ -341,6 +393,7 @@ class Store:
             if not readonly:
                 store._check_intact()
                 _prepare_to_write(database)
+                store._settle_config()
             undo.pop_all()
         return store
 
@@ -374,11 +427,8 @@ class Store:
             generation: As evaluated.
             state: See :func:`encode_state`. It replaces the trial's last one.
         """
-        if not self._lock:
-            raise StoreError(f"{self.folder}: was opened to be read only; open it with readonly=False")
         with self._transaction():
-            if number != (expected := self.generations(trial)):
-                raise StoreError(f"{self.folder}: expected generation {expected} of trial {trial}, got {number}")
+            self._check_next(trial, number)
             self._database.execute(
                 "INSERT INTO generation VALUES (?, ?, ?, ?)",
                 (trial, number, generation.seconds, datetime.now(UTC).isoformat(timespec="seconds")),
@@ -386,10 +436,75 @@ class Store:
             self._insert_individuals(trial, number, generation.genomes)
             self._insert_episodes(trial, number, generation)
             self._database.execute("REPLACE INTO optimiser VALUES (?, ?, ?)", (trial, number, state))
+            self._database.execute(_KEEP_SESSIONS)
+            self._database.execute("DELETE FROM in_flight")
+
+    def keep(self, trial: int, number: int, genomes: FloatArray, episodes: InFlight) -> None:
+        """Store episodes of the generation in work, to have them if the run is cut short.
+
+        Unlike a generation they may be lost when the machine loses power; a killed process does not lose them.
+
+        Args:
+            trial: From 0.
+            number: Of the generation, from 0; the next one of its trial.
+            genomes: ``(n, size)``, of the whole generation.
+            episodes: Any of its episodes.
+        """
+        digests = [_sha256_of_genes(genomes[individual]) for individual in episodes.individual]
+        columns = [
+            *(episodes.individual, episodes.repeat, episodes.hash.view(np.int64), episodes.push_time),
+            *(episodes.ode_messages, episodes.unsolved_steps, *episodes.objectives.T, *episodes.homing_time.T),
+        ]
+        rows = zip(digests, *(column.tolist() for column in columns), strict=True)
+        before = f"{trial:d}, {number:d}, {self._session:d}, {float(episodes.seconds)!r}"
+        with self._transaction(durable=False):
+            self._check_next(trial, number)
+            self._database.executemany(
+                f"REPLACE INTO in_flight VALUES ({before}, {', '.join('?' * (1 + len(columns)))})", rows
+            )
+
+    def begin_session(self, provenance: Mapping[str, Any]) -> None:
+        """Note with what the run goes on; nothing is written if it is the same as before.
+
+        Args:
+            provenance: See :func:`swarmevo.provenance.provenance`.
+        """
+        if _lasting(self.session(self._session)) == _lasting(provenance):
+            return
+        with self._transaction():
+            self._database.execute("INSERT INTO session (provenance) VALUES (?)", (json.dumps(provenance),))
+        self._session = self._last_session()
+
+    def replace_config(self, config_yaml: str) -> None:
+        """Replace the configuration. Whenever the process is killed, the old one or the new one is in force.
+
+        Args:
+            config_yaml: The resolved configuration. That the stored generations fit it is the caller's to know.
+        """
+        digest = _sha256(config_yaml.encode())
+        with self._transaction():  # from here on both are accepted
+            self._database.execute("UPDATE run SET next_config_sha256 = ?", (digest,))
+        with _explained(self.folder):
+            _write_atomically(self.config_path, config_yaml)
+        self._next_config_sha256 = digest
+        self._settle_config()
+
+    def _settle_config(self) -> None:
+        """Accept no other configuration than the one that is there."""
+        if self._next_config_sha256 is None:
+            return
+        digest = _sha256(self.config_path.read_bytes())
+        with self._transaction():
+            self._database.execute("UPDATE run SET config_sha256 = ?, next_config_sha256 = NULL", (digest,))
+        self._config_sha256, self._next_config_sha256 = digest, None
+
+    def _check_next(self, trial: int, number: int) -> None:
+        if number != (expected := self.generations(trial)):
+            raise StoreError(f"{self.folder}: expected generation {expected} of trial {trial}, got {number}")
 
     def _insert_individuals(self, trial: int, number: int, genomes: FloatArray) -> None:
         genes = [row.tobytes() for row in genomes.astype("<f8")]
-        digests = [hashlib.sha256(row).digest() for row in genes]
+        digests = [_sha256_of_genes(row) for row in genomes]
         self._database.executemany(
             "INSERT INTO genome (sha256, genes) VALUES (?, ?) ON CONFLICT (sha256) DO NOTHING",
             zip(digests, genes, strict=True),
@@ -410,15 +525,20 @@ class Store:
             *generation.objectives.reshape(-1, objectives).T,
             *generation.homing_time.reshape(-1, self.robots).T,
         ]
+        faults = [generation.faults.get(place) for place in np.ndindex(individuals, repeats)]
+        before, places = f"{trial:d}, {number:d}, {self._session:d}", ", ".join("?" * (1 + len(columns)))
         self._database.executemany(
-            f"INSERT INTO episode VALUES ({trial:d}, {number:d}, {', '.join('?' * len(columns))})",
-            zip(*(column.tolist() for column in columns), strict=True),
+            f"INSERT INTO episode VALUES ({before}, {places})",
+            zip(faults, *(column.tolist() for column in columns), strict=True),
         )
 
     @contextlib.contextmanager
-    def _transaction(self) -> Iterator[None]:
-        """Commit what is done inside, or nothing of it."""
+    def _transaction(self, durable: bool = True) -> Iterator[None]:
+        """Commit what is done inside, or nothing of it; if ``durable``, so that it survives a power failure."""
+        if not self._lock:
+            raise StoreError(f"{self.folder}: was opened to be read only; open it with readonly=False")
         with _explained(self.folder):
+            self._database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
             self._database.execute("BEGIN IMMEDIATE")
             try:
                 yield
@@ -435,22 +555,109 @@ class Store:
         """The resolved configuration."""
         return self.folder / CONFIG_FILE
 
+    @property
+    def config_is_intact(self) -> bool:
+        """Whether the configuration is the one that the run was made with."""
+        with _explained(self.folder):
+            digest = _sha256(self.config_path.read_bytes())
+        return digest in (self._config_sha256, self._next_config_sha256)
+
+    @_readable
+    def session(self, id: int) -> dict[str, Any]:
+        """Return with what episodes were run: the provenance of a session.
+
+        Raises:
+            StoreError: There is no such session, or it is damaged.
+        """
+        rows = self._rows("SELECT provenance FROM session WHERE id = ?", id)
+        try:
+            found = json.loads(rows[0][0])
+        except (IndexError, ValueError) as error:
+            raise StoreError(f"{self.folder}: the provenance of session {id} is missing or damaged") from error
+        if not isinstance(found, dict):
+            raise StoreError(f"{self.folder}: the provenance of session {id} is damaged")
+        return found
+
+    @_readable
+    def sessions(self, trial: int, number: int) -> NDArray[np.int64]:
+        """Return ``(n, r)``: the session that ran each episode of a generation."""
+        rows = self._rows(
+            "SELECT session, individual FROM episode WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
+            trial,
+            number,
+        )
+        if not rows:
+            raise StoreError(f"{self.folder}: there is no generation {number} of trial {trial}")
+        individuals = len({individual for _, individual in rows})
+        return np.array([session for session, _ in rows], dtype=np.int64).reshape(individuals, -1)
+
+    @_readable
+    def genome_ids(self, trial: int, number: int) -> NDArray[np.int64]:
+        """Return ``(n,)``: the id of each individual's genome in a generation."""
+        rows = self._rows(
+            "SELECT genome FROM individual WHERE trial = ? AND generation = ? ORDER BY number", trial, number
+        )
+        return np.array([id for (id,) in rows], dtype=np.int64)
+
+    @_readable
+    def damaged_genomes(self) -> list[int]:
+        """Return the ids of genomes that are not what was stored."""
+        rows = self._rows("SELECT id, sha256, genes FROM genome ORDER BY id")
+        return [id for id, digest, genes in rows if hashlib.sha256(genes).digest() != digest]
+
+    @_readable
+    def in_flight(self, trial: int, number: int, genomes: FloatArray) -> InFlight:
+        """Return the kept episodes of a generation that is not complete.
+
+        Args:
+            trial: From 0.
+            number: Of the generation, from 0.
+            genomes: ``(n, size)``: the generation's; episodes of others are left out.
+        """
+        names = ["push_time", *self._objective_columns(), *self._homing_columns()]
+        found = self._rows(
+            f"SELECT genome, seconds, individual, repeat, hash, ode_messages, unsolved_steps, {', '.join(names)}"
+            " FROM in_flight WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
+            trial,
+            number,
+        )
+        digests = dict(enumerate(map(_sha256_of_genes, genomes)))
+        rows = [row for row in found if digests.get(row[2]) == row[0]]
+        integers = np.array([row[2:7] for row in rows], dtype=np.int64).reshape(-1, 5).T
+        reals = np.array([row[7:] for row in rows], dtype=np.float64).reshape(-1, len(names))
+        m = len(self.objectives)
+        return InFlight(
+            individual=integers[0],
+            repeat=integers[1],
+            hash=integers[2].astype(np.uint64),
+            ode_messages=integers[3].astype(np.uint32),
+            unsolved_steps=integers[4].astype(np.uint32),
+            push_time=reals[:, 0],
+            objectives=reals[:, 1 : 1 + m],
+            homing_time=reals[:, 1 + m :],
+            seconds=max((row[1] for row in rows), default=0.0),
+        )
+
+    @_readable
     def trials(self) -> list[int]:
         """Return the trials that have at least one generation, in order."""
         return [trial for (trial,) in self._rows("SELECT DISTINCT trial FROM generation ORDER BY trial")]
 
+    @_readable
     def generations(self, trial: int) -> int:
         """Return how many generations of a trial are stored: 0 to this less one."""
         return int(self._rows("SELECT COUNT(*) FROM generation WHERE trial = ?", trial)[0][0])
 
+    @_readable
     def state(self, trial: int) -> dict[str, Any] | None:
         """Return the optimiser's state after a trial's last stored generation; None: it has none."""
         rows = self._rows("SELECT state FROM optimiser WHERE trial = ?", trial)
         try:
             return decode_state(rows[0][0]) if rows else None
-        except (ValueError, TypeError) as error:
+        except ValueError as error:
             raise StoreError(f"{self.folder}: the optimiser's state of trial {trial} is damaged: {error}") from error
 
+    @_readable
     def generation(self, trial: int, number: int) -> Generation:
         """Return a generation as it was appended.
 
@@ -468,14 +675,14 @@ class Store:
         )
         names = ["push_time", *self._objective_columns(), *self._homing_columns()]
         rows = self._rows(
-            f"SELECT hash, ode_messages, unsolved_steps, {', '.join(names)} FROM episode"
+            f"SELECT fault, hash, ode_messages, unsolved_steps, {', '.join(names)} FROM episode"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
         shape = (len(genes), len(rows) // len(genes))
-        integers = np.array([row[:3] for row in rows], dtype=np.int64)
-        reals = np.array([row[3:] for row in rows], dtype=np.float64).reshape(*shape, len(names))
+        integers = np.array([row[1:4] for row in rows], dtype=np.int64)
+        reals = np.array([row[4:] for row in rows], dtype=np.float64).reshape(*shape, len(names))
         m = len(self.objectives)
         return Generation(
             genomes=np.array([_genes(row) for (row,) in genes]),
@@ -486,34 +693,40 @@ class Store:
             ode_messages=integers[:, 1].astype(np.uint32).reshape(shape),
             unsolved_steps=integers[:, 2].astype(np.uint32).reshape(shape),
             seconds=seconds[0][0],
+            faults={place: row[0] for place, row in zip(np.ndindex(shape), rows, strict=True) if row[0] is not None},
         )
 
     def summaries(self, trial: int) -> Iterator[Summary]:
         """Yield every stored generation of a trial in short, in order."""
-        means = ", ".join(f"AVG({column})" for column in self._objective_columns())
         for number in range(self.generations(trial)):
-            rows = self._rows(
-                f"SELECT genome, COUNT(*), SUM(ode_messages), SUM(unsolved_steps), {means} FROM individual JOIN episode"
-                " ON episode.trial = individual.trial AND episode.generation = individual.generation"
-                " AND episode.individual = individual.number"
-                " WHERE individual.trial = ? AND individual.generation = ?"
-                " GROUP BY individual.number ORDER BY individual.number",
-                trial,
-                number,
-            )
-            seconds = self._rows("SELECT seconds FROM generation WHERE trial = ? AND number = ?", trial, number)
-            counts = np.array([row[:4] for row in rows], dtype=np.int64)
-            yield Summary(
-                trial=trial,
-                number=number,
-                genomes=counts[:, 0],
-                objectives=np.array([row[4:] for row in rows], dtype=np.float64),
-                episodes=int(counts[:, 1].sum()),
-                ode_messages=int(counts[:, 2].sum()),
-                unsolved_steps=int(counts[:, 3].sum()),
-                seconds=seconds[0][0],
-            )
+            yield self._summary(trial, number)
 
+    @_readable
+    def _summary(self, trial: int, number: int) -> Summary:
+        means = ", ".join(f"AVG({column})" for column in self._objective_columns())
+        rows = self._rows(
+            f"SELECT genome, COUNT(*), SUM(ode_messages), SUM(unsolved_steps), {means} FROM individual JOIN episode"
+            " ON episode.trial = individual.trial AND episode.generation = individual.generation"
+            " AND episode.individual = individual.number"
+            " WHERE individual.trial = ? AND individual.generation = ?"
+            " GROUP BY individual.number ORDER BY individual.number",
+            trial,
+            number,
+        )
+        seconds = self._rows("SELECT seconds FROM generation WHERE trial = ? AND number = ?", trial, number)
+        counts = np.array([row[:4] for row in rows], dtype=np.int64)
+        return Summary(
+            trial=trial,
+            number=number,
+            genomes=counts[:, 0],
+            objectives=np.array([row[4:] for row in rows], dtype=np.float64),
+            episodes=int(counts[:, 1].sum()),
+            ode_messages=int(counts[:, 2].sum()),
+            unsolved_steps=int(counts[:, 3].sum()),
+            seconds=seconds[0][0],
+        )
+
+    @_readable
     def individuals(self, trial: int | None = None) -> Individuals:
         """Return every genome of a trial, or of all trials, with its means over all its episodes.
 
@@ -548,6 +761,12 @@ class Store:
             push_time=_mean(reals[:, 1], pushes),
         )
 
+    @_readable
+    def all_genomes(self) -> list[int]:
+        """Return the ids of all genomes, in order."""
+        return [id for (id,) in self._rows("SELECT id FROM genome ORDER BY id")]
+
+    @_readable
     def genome(self, id: int) -> FloatArray:
         """Return the genome ``(size,)`` with an id.
 
@@ -559,15 +778,16 @@ class Store:
             raise StoreError(f"{self.folder}: there is no genome {id}")
         return _genes(rows[0][0])
 
+    @_readable
     def totals(self, trial: int | None = None) -> Totals:
         """Return what a trial, or the run, has cost so far."""
         where = "WHERE ?1 IS NULL OR trial = ?1"
         generations, seconds = self._rows(f"SELECT COUNT(*), TOTAL(seconds) FROM generation {where}", trial)[0]
         individuals, genomes = self._rows(f"SELECT COUNT(*), COUNT(DISTINCT genome) FROM individual {where}", trial)[0]
-        episodes, messages, unsolved = self._rows(
-            f"SELECT COUNT(*), TOTAL(ode_messages), TOTAL(unsolved_steps) FROM episode {where}", trial
+        episodes, messages, unsolved, faults = self._rows(
+            f"SELECT COUNT(*), TOTAL(ode_messages), TOTAL(unsolved_steps), COUNT(fault) FROM episode {where}", trial
         )[0]
-        return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds)
+        return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds, faults)
 
     def _rows(self, query: str, *parameters: int | None) -> list[tuple[Any, ...]]:
         with _explained(self.folder):
@@ -579,11 +799,17 @@ class Store:
     def _homing_columns(self) -> list[str]:
         return [f"homing_time_{j}" for j in range(self.robots)]
 
-    def _seed_robots_config(self) -> tuple[int, int, str]:
-        rows = self._rows("SELECT seed, robots, config_sha256 FROM run")
-        if len(rows) != 1:
+    def _run(self) -> tuple[int, int, str, str | None]:
+        rows = self._rows("SELECT seed, robots, config_sha256, next_config_sha256 FROM run")
+        if len(rows) != 1 or not isinstance(rows[0][1], int) or not 1 <= rows[0][1] <= _MOST_ROBOTS:
             raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
         return rows[0]
+
+    def _last_session(self) -> int:
+        ((last,),) = self._rows("SELECT MAX(id) FROM session")
+        if last is None:
+            raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
+        return int(last)
 
     def _objectives(self) -> tuple[Objective, ...]:
         rows = self._rows("SELECT name, direction, low, high FROM objective ORDER BY number")
@@ -594,7 +820,7 @@ class Store:
         ((verdict,),) = self._rows("PRAGMA quick_check(1)")
         if verdict != "ok":
             raise StoreError(f"{self.folder / DATABASE_FILE}: {_ADVICE['SQLITE_CORRUPT']}")
-        if _sha256(self.config_path.read_bytes()) != self._config_sha256:
+        if not self.config_is_intact:
             raise StoreError(
                 f"{self.folder}: {CONFIG_FILE} was changed since the run began; undo that, or begin another run"
             )
@@ -603,6 +829,30 @@ class Store:
 def _genes(content: bytes) -> FloatArray:
     genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
     return genes
+
+
+def _sha256_of_genes(genome: FloatArray) -> bytes:
+    return hashlib.sha256(genome.astype("<f8").tobytes()).digest()
+
+
+def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a provenance without what changes from session to session though nothing else does."""
+    return {key: value for key, value in provenance.items() if key not in ("created", "config_sha256")}
+
+
+def _write_atomically(path: Path, text: str) -> None:
+    """Replace a file: whenever the process or the machine stops, the old or the new one is there, whole."""
+    fresh = path.with_name(f"{path.name}.new")
+    with fresh.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    fresh.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
 
 
 def _mean(total: FloatArray, count: NDArray[np.int64]) -> FloatArray:
@@ -618,13 +868,27 @@ def _schema(objectives: int, robots: int) -> str:
     """Return the tables' definition. STRICT: a column holds what its type says, not what SQLite makes of it."""
     measured = "".join(f"    objective_{k} REAL NOT NULL,\n" for k in range(objectives))
     homing = "".join(f"    homing_time_{j} REAL,\n" for j in range(robots))
+    outcome = f"""\
+    individual INTEGER NOT NULL,
+    repeat INTEGER NOT NULL,
+    hash INTEGER NOT NULL,
+    push_time REAL,
+    ode_messages INTEGER NOT NULL,
+    unsolved_steps INTEGER NOT NULL,
+{measured}{homing}\
+    PRIMARY KEY (trial, generation, individual, repeat)"""
     return f"""
 PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 CREATE TABLE run (
     seed INTEGER NOT NULL,
     robots INTEGER NOT NULL,
-    config_sha256 TEXT NOT NULL
+    config_sha256 TEXT NOT NULL,
+    next_config_sha256 TEXT
+) STRICT;
+CREATE TABLE session (
+    id INTEGER PRIMARY KEY,
+    provenance TEXT NOT NULL
 ) STRICT;
 CREATE TABLE objective (
     number INTEGER PRIMARY KEY,
@@ -657,14 +921,9 @@ CREATE INDEX individual_genome ON individual (genome);
 CREATE TABLE episode (
     trial INTEGER NOT NULL,
     generation INTEGER NOT NULL,
-    individual INTEGER NOT NULL,
-    repeat INTEGER NOT NULL,
-    hash INTEGER NOT NULL,
-    push_time REAL,
-    ode_messages INTEGER NOT NULL,
-    unsolved_steps INTEGER NOT NULL,
-{measured}{homing}\
-    PRIMARY KEY (trial, generation, individual, repeat),
+    session INTEGER NOT NULL REFERENCES session (id),
+    fault TEXT,
+{outcome},
     FOREIGN KEY (trial, generation, individual) REFERENCES individual (trial, generation, number)
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE optimiser (
@@ -673,13 +932,36 @@ CREATE TABLE optimiser (
     state TEXT NOT NULL,
     FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
 ) STRICT;
+CREATE TABLE in_flight (
+    trial INTEGER NOT NULL,
+    generation INTEGER NOT NULL,
+    session INTEGER NOT NULL REFERENCES session (id),
+    seconds REAL NOT NULL,
+    genome BLOB NOT NULL,
+{outcome}
+) STRICT, WITHOUT ROWID;
 """
 
 
-def _create_database(path: Path, config_sha256: str, objectives: Sequence[Objective], robots: int, seed: int) -> None:
+_KEEP_SESSIONS: Final = """\
+UPDATE episode SET session = in_flight.session FROM in_flight
+WHERE (episode.trial, episode.generation, episode.individual, episode.repeat, episode.hash)
+    = (in_flight.trial, in_flight.generation, in_flight.individual, in_flight.repeat, in_flight.hash)"""
+"""An episode kept from an earlier session stays that session's."""
+
+
+def _create_database(
+    path: Path,
+    config_sha256: str,
+    provenance: Mapping[str, Any],
+    objectives: Sequence[Objective],
+    robots: int,
+    seed: int,
+) -> None:
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as database:
         database.executescript(f"BEGIN; {_schema(len(objectives), robots)}")
-        database.execute("INSERT INTO run VALUES (?, ?, ?)", (seed, robots, config_sha256))
+        database.execute("INSERT INTO run VALUES (?, ?, ?, NULL)", (seed, robots, config_sha256))
+        database.execute("INSERT INTO session (provenance) VALUES (?)", (json.dumps(provenance),))
         database.executemany(
             "INSERT INTO objective VALUES (?, ?, ?, ?, ?)",
             [(k, o.name, o.direction, *o.range) for k, o in enumerate(objectives)],
@@ -697,6 +979,12 @@ def _connect(folder: Path, readonly: bool) -> sqlite3.Connection:
     try:
         database.execute("PRAGMA trusted_schema = OFF")  # a run may come from a stranger
         _check_schema(folder, database)
+    except sqlite3.OperationalError as error:
+        database.close()
+        if not readonly or error.sqlite_errorname not in _NEEDS_RECOVERY:
+            raise
+        _connect(folder, readonly=False).close()  # rolls back what a killed writer left half done
+        return _connect(folder, readonly)
     except BaseException:
         database.close()
         raise
@@ -707,7 +995,6 @@ def _prepare_to_write(database: sqlite3.Connection) -> None:
     # WAL: who looks at a run never makes its writer wait. Where the file system cannot, SQLite keeps its other journal.
     with contextlib.suppress(sqlite3.OperationalError):
         database.execute("PRAGMA journal_mode = WAL")
-    database.execute("PRAGMA synchronous = FULL")  # a stored generation survives a power failure
     database.execute("PRAGMA foreign_keys = ON")  # off by default
 
 
@@ -727,7 +1014,10 @@ def _check_schema(folder: Path, database: sqlite3.Connection) -> None:
         )
 
 
+_NEEDS_RECOVERY: Final = ("SQLITE_READONLY_ROLLBACK", "SQLITE_READONLY_RECOVERY")
+
 _ADVICE: Final = {
+    "SQLITE_IOERR": "cannot be read or written; is the disk full or failing? Everything before is stored",
     "SQLITE_FULL": "the disk is full; free some space, then go on: everything before is stored",
     "SQLITE_READONLY": "is not writable",
     "SQLITE_NOTADB": "is damaged, or no run of swarmevo",
@@ -746,5 +1036,7 @@ def _explained(folder: Path) -> Iterator[None]:
         code = "_".join(getattr(error, "sqlite_errorname", "").split("_")[:2])  # without its extension
         advice = _ADVICE.get(code, f"failed: {error}")
         raise StoreError(f"{folder / DATABASE_FILE}: {advice}") from error
+    except UnicodeDecodeError as error:
+        raise StoreError(f"{folder / DATABASE_FILE}: {_ADVICE['SQLITE_CORRUPT']}") from error
     except OSError as error:
         raise StoreError(f"{error.filename or folder}: {error.strerror or error}") from error

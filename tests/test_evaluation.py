@@ -19,6 +19,7 @@ from swarmevo.evaluation import (
     Job,
     JobResult,
     TeamController,
+    joined,
     run_job,
     to_costs,
 )
@@ -38,9 +39,15 @@ class Recorder:
 
     def __init__(self, config_json: str, workers: int) -> None:
         self._config_json = config_json
+        self.slots = workers
+        self.machines: dict[str, Any] = {}
         self.jobs: list[Job] = []
 
-    def run(self, jobs: Sequence[Job]) -> Generator[JobResult, None, None]:
+    @property
+    def job_seconds(self) -> float:
+        return evaluation.JOB_SECONDS
+
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
         self.jobs += jobs
         for job in reversed(jobs):
             yield run_job(self._config_json, job)
@@ -136,8 +143,7 @@ def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> JobResult:
         individuals, episodes = zip(*places[start : start + length], strict=True)
         job = Job(start, individuals, genomes[list(individuals)], episodes)
         results.append(run_job(config.model_dump_json(), job))
-    joined = {field: np.concatenate([getattr(result, field) for result in results]) for field in FIELDS}
-    return JobResult(start=0, seconds=0.0, **joined)
+    return joined(results[::-1])
 
 
 def test_a_job_is_a_pure_function() -> None:
@@ -175,8 +181,8 @@ def recorded_lengths(config: Config, genomes: FloatArray, workers: int) -> list[
 def test_jobs_are_short_enough_for_every_worker_to_have_some(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evaluation, "JOB_SECONDS", 1e9)
     config = toy_plugins.config()
-    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [4] * 4
-    assert recorded_lengths(config, genomes_for(config, 8), workers=2) == [2] * 8
+    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [8, 4, 2, 1, 1]
+    assert recorded_lengths(config, genomes_for(config, 8), workers=2) == [4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
 
 
 def test_jobs_are_short_enough_to_stop_soon(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,7 +196,7 @@ def test_telemetry_of_a_job_stays_in_its_budget(monkeypatch: pytest.MonkeyPatch)
     # Per control step: pose 2 x 3, command 2 x 2, rf 2.
     monkeypatch.setattr(evaluation, "TELEMETRY_BYTES", 3 * 8 * 10 * (6 + 4 + 2))
     config = toy_plugins.config()
-    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [3] * 5 + [1]
+    assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [3] * 4 + [2, 1, 1]
 
 
 def test_jobs_in_lockstep_depend_on_nothing_but_the_configuration() -> None:

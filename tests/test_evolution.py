@@ -110,7 +110,7 @@ def test_the_same_seed_gives_the_same_bits_on_any_number_of_workers(
 
 
 def test_trials_differ(whole: dict[str, list[tuple[Any, ...]]]) -> None:
-    hashes = [row[4] for row in whole["episode"]]
+    hashes = [row[6] for row in whole["episode"]]
     assert len(set(hashes)) == len(hashes)
 
 

@@ -19,10 +19,17 @@ def test_provenance_names_what_a_result_may_depend_on() -> None:
     assert origin["swarmevo"] == swarmevo.__version__
     assert origin["config_sha256"] == hashlib.sha256(b"seed: 1\n").hexdigest()
     assert origin["plugins"] == ["optimiser.pde (swarmevo 1.0, a:B)"]
-    assert origin["library"] == {"build": "ODE 0.16"}
+    assert origin["library"] == {"build": "ODE 0.16", "sha256": None}
     assert (origin["python"], origin["numpy"]) == (sys.version, np.__version__)
     assert origin["cpu"]
     assert json.loads(json.dumps(origin)) == origin
+
+
+def test_builds_of_one_version_are_told_apart(tmp_path: Path) -> None:
+    (tmp_path / "lib.so").write_bytes(b"code")
+    origin = provenance("", [], {"path": str(tmp_path / "lib.so")})
+    assert origin["library"]["sha256"] == hashlib.sha256(b"code").hexdigest()
+    assert provenance("", [], {"path": str(tmp_path / "gone.so")})["library"]["sha256"] is None
 
 
 def test_no_other_repository_is_taken_for_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -238,7 +238,7 @@ def test_totals_are_of_one_trial_or_of_all(two_trials: tuple[Store, list[Generat
     assert (of_run.generations, of_run.individuals, of_run.genomes, of_run.episodes) == (3, 12, 11, 24)
     assert (of_trial.generations, of_trial.individuals, of_trial.genomes, of_trial.episodes) == (2, 8, 7, 16)
     assert of_run.seconds == pytest.approx(first.seconds + second.seconds + other.seconds)
-    assert dataclasses.astuple(of_none) == (0, 0, 0, 0, 0, 0, 0.0)
+    assert dataclasses.astuple(of_none) == (0, 0, 0, 0, 0, 0, 0.0, 0)
 
 
 # ---- one writer ------------------------------------------------------------------------------------------------------

@@ -1,0 +1,386 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is exported is what is stored; a controller in C says what the library says."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import toy_plugins
+from swarmevo import cli, export, simulator
+from swarmevo import config as configuration
+from swarmevo._ffi import load
+from swarmevo.config import Config
+from swarmevo.evolution import begin, evolve
+from swarmevo.export import ExportError
+from swarmevo.protocols import FeedForward, FloatArray
+from swarmevo.store import Store, StoreError
+
+DOCS = Path(__file__).parents[1] / "docs"
+INPUTS = 300
+
+
+@pytest.fixture(autouse=True)
+def _toys(distribution: Callable[..., Any]) -> None:
+    toy_plugins.install(distribution)
+
+
+def run(folder: Path, config: Config) -> Path:
+    begin(folder, config)
+    with Store.open(folder, readonly=False) as store:
+        evolve(store, 1, lambda progress: None)
+    return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return run(tmp_path / "run", toy_plugins.config())
+
+
+# ---- episodes --------------------------------------------------------------------------------------------------------
+
+
+def test_csv_has_every_episode_with_all_bits(folder: Path) -> None:
+    out = io.StringIO()
+    with Store.open(folder) as store:
+        export.write_csv(store, out)
+        rows = list(csv.DictReader(io.StringIO(out.getvalue())))
+        assert list(rows[0]) == list(export.columns(store))
+        assert len(rows) == store.totals().episodes
+        for row in rows:
+            stored = store.generation(int(row["trial"]), int(row["generation"]))
+            at = int(row["individual"]), int(row["repeat"])
+            names = [objective.name for objective in store.objectives]
+            assert [float(row[name]) for name in names] == stored.objectives[at].tolist()
+            assert int(row["hash"], 16) == stored.hash[at]
+            assert np.array_equal(float(row["push_time"] or "nan"), stored.push_time[at], equal_nan=True)
+            np.testing.assert_array_equal(store.genome(int(row["genome"])), stored.genomes[at[0]])
+            assert (row["session"], row["fault"]) == ("1", "")
+
+
+def test_json_has_everything(folder: Path) -> None:
+    out = io.StringIO()
+    with Store.open(folder) as store:
+        export.write_json(store, out)
+        found = json.loads(out.getvalue())
+        assert Config.model_validate_json(json.dumps(found["config"])) == configuration.load(store.config_path)
+        assert found["sessions"] == {"1": json.loads((folder / "provenance.json").read_text())}
+        assert [tuple(row) for row in found["episodes"]] == list(export.episodes(store))
+        assert all(len(row) == len(found["columns"]) for row in found["episodes"])
+        genomes = dict(found["genomes"])
+        assert list(genomes) == store.all_genomes()
+        np.testing.assert_array_equal(genomes[3], store.genome(3))
+
+
+def test_a_run_without_a_generation_exports_no_episode(tmp_path: Path) -> None:
+    begin(tmp_path / "run", toy_plugins.config())
+    with Store.open(tmp_path / "run") as store:
+        out = io.StringIO()
+        export.write_json(store, out)
+        assert json.loads(out.getvalue())["episodes"] == []
+        assert list(export.episodes(store)) == []
+
+
+def test_every_column_is_documented(folder: Path) -> None:
+    page = (DOCS / "runs.md").read_text()
+    with Store.open(folder) as store:
+        objectives = {objective.name for objective in store.objectives}
+        for name in export.columns(store):
+            assert name in objectives or f"`{re.sub('_[0-9]+$', '_j', name)}`" in page, name
+
+
+# ---- controllers -----------------------------------------------------------------------------------------------------
+
+
+def native(policies: FeedForward, observations: FloatArray) -> FloatArray:
+    """Return what the library's first network commands."""
+    ffi, _ = load()
+    made, keep_alive = simulator._native_policies(policies)
+    commands = np.empty((len(observations), 2))
+    for observation, command in zip(observations, commands, strict=True):
+        made[0].function(
+            made[0].parameters,
+            ffi.from_buffer("double[]", observation),
+            ffi.NULL,
+            ffi.from_buffer("double[]", command),
+        )
+    assert keep_alive
+    return commands
+
+
+def random_observations() -> FloatArray:
+    return np.random.default_rng(5).random((INPUTS, 13))
+
+
+def test_a_controller_as_json_computes_what_the_library_does(folder: Path) -> None:
+    with Store.open(folder) as store:
+        found = json.loads(json.dumps(export.controller(store, 4)))
+        genes = store.genome(4)
+    assert found["genes"] == genes.tolist()
+    assert np.array(found["blocks"]["input_hidden"]).shape == (2, 14)
+    assert len(found["observations"]) == 13
+    (network,) = found["networks"]
+    x = random_observations()
+    shape = (-1, 13)
+    hidden = np.tanh(x @ np.reshape(network["input_hidden"], shape).T + network["hidden_bias"])
+    commands = np.tanh(hidden @ np.reshape(network["hidden_output"], (-1, 2)) + network["output_bias"])
+    np.testing.assert_allclose(
+        commands, native(toy_plugins.Network().policies(genes[np.newaxis]), x), rtol=0, atol=1e-13
+    )
+
+
+def compiled(source: str, folder: Path, *more: Path | str) -> Path:
+    """Compile C99 without a warning; return the program."""
+    compiler = shutil.which("gcc") or shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    folder.mkdir(exist_ok=True)
+    (folder / "controller.c").write_text(source)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O2", "-ffp-contract=off"]
+    command = [compiler, *flags, *map(str, more), "controller.c", "-o", "program", "-lm"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return folder / "program"
+
+
+def outputs(program: Path, lines: FloatArray) -> FloatArray:
+    text = "\n".join(" ".join(value.hex() for value in line) for line in lines.tolist())
+    done = subprocess.run([program], input=text, capture_output=True, text=True, check=True, timeout=60)
+    return np.array([[float.fromhex(word) for word in line.split()] for line in done.stdout.splitlines()])
+
+
+EPUCK_MAIN = r"""
+#include <stdio.h>
+int main(void) {
+    double x[13], command[2];
+    int i, n = 0, raw[8], left, right;
+    while (scanf("%lf", &x[n]) == 1) {
+        if (++n < 13) continue;
+        n = 0;
+        swarmevo_controller(x, command);
+        for (i = 0; i < 8; ++i) raw[i] = (int)(x[i] * 5000);
+        swarmevo_step(raw, x + 8, x[12] * 60, &left, &right);
+        printf("%a %a %a %a\n", command[0], command[1], (double)left, (double)right);
+    }
+    return 0;
+}
+"""
+
+CONTROLLERS: list[dict[str, Any]] = [
+    {"hidden": 15},
+    {"hidden": 7, "bias": False},
+    {"hidden": 3, "activation": "logistic"},
+    {"hidden": 1, "bias": False, "activation": "logistic"},
+]
+
+
+def network_run(folder: Path, options: dict[str, Any], **sections: Any) -> Path:
+    return run(
+        folder,
+        toy_plugins.config(
+            controller={"feedforward": options},
+            fitness=["hidden_neurons"],
+            evolution={"generations": 1, "trials": 1, "repeats": 1},
+            **sections,
+        ),
+    )
+
+
+def policies_of(folder: Path, genome: int) -> tuple[FeedForward, Config]:
+    from swarmevo import plugins
+
+    settings = configuration.load(folder / "config.yaml")
+    ((name, options),) = settings.controller.items()
+    made = plugins.create("controller", name, options)
+    size = made.space(simulator.Scene(settings).info).size
+    with Store.open(folder) as store:
+        return made.policies(store.genome(genome).reshape(-1, size)), settings
+
+
+def expected_steps(policies: FeedForward, settings: Config, x: FloatArray) -> FloatArray:
+    """Return wheel speeds [steps/s] for what ``EPUCK_MAIN`` makes of ``x``."""
+    observed = x.copy()
+    observed[:, :8] = np.clip(np.floor(x[:, :8] * 5000) / settings.sensors.infrared_curve[0][1], 0, 1)
+    least, most = settings.emitter.strength
+    observed[:, 12] = np.clip(x[:, 12] * 60, least, most) / most
+    speeds: FloatArray = native(policies, observed) * settings.robot.top_speed * 1000 / (2 * math.pi)
+    return np.clip(np.round(speeds), -1000, 1000)
+
+
+@pytest.mark.parametrize("options", CONTROLLERS, ids=str)
+def test_an_e_pucks_firmware_says_what_the_library_says(tmp_path: Path, options: dict[str, Any]) -> None:
+    folder = network_run(tmp_path / "run", options)
+    x = random_observations()
+    for genome in (1, 3):
+        with Store.open(folder) as store:
+            source = export.source(store, genome, "epuck")
+        found = outputs(compiled(source + EPUCK_MAIN, tmp_path / f"c{genome}"), x)
+        policies, settings = policies_of(folder, genome)
+        np.testing.assert_allclose(found[:, :2], native(policies, x), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(found[:, 2:], expected_steps(policies, settings, x), rtol=0, atol=1.0)
+
+
+def test_a_network_without_hidden_units_is_c_too(tmp_path: Path) -> None:
+    folder = run(tmp_path / "run", toy_plugins.config())
+    with Store.open(folder) as store:
+        genes = store.genome(1)
+        settings = configuration.load(store.config_path)
+        title = "nothing"
+    genes[-2:] = 0.0  # both switches off
+    (network,) = export.networks(settings, genes)
+    assert network.input_hidden.shape == (0, 13)
+    text = export._template("network").substitute(export._values(network, settings, title))
+    source = text + export._template("epuck").template + EPUCK_MAIN
+    x = random_observations()[:5]
+    found = outputs(compiled(source, tmp_path / "c"), x)
+    policies = toy_plugins.Network().policies(genes[np.newaxis])
+    np.testing.assert_allclose(found[:, :2], native(policies, x), rtol=0, atol=1e-13)
+
+
+# A Webots that reads readings from stdin and writes the motors' speeds to stdout.
+WEBOTS_H = "typedef unsigned short WbDeviceTag;\n"
+WEBOTS = {
+    "robot.h": "int wb_robot_init(void); int wb_robot_step(int); void wb_robot_cleanup(void);\n"
+    "WbDeviceTag wb_robot_get_device(const char *);\n",
+    "distance_sensor.h": "void wb_distance_sensor_enable(WbDeviceTag, int);\n"
+    "double wb_distance_sensor_get_value(WbDeviceTag);\n",
+    "touch_sensor.h": "void wb_touch_sensor_enable(WbDeviceTag, int);\n"
+    "double wb_touch_sensor_get_value(WbDeviceTag);\n",
+    "receiver.h": "void wb_receiver_enable(WbDeviceTag, int); int wb_receiver_get_queue_length(WbDeviceTag);\n"
+    "double wb_receiver_get_signal_strength(WbDeviceTag); void wb_receiver_next_packet(WbDeviceTag);\n",
+    "motor.h": "void wb_motor_set_position(WbDeviceTag, double); void wb_motor_set_velocity(WbDeviceTag, double);\n",
+}
+WEBOTS_STUB = r"""
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <webots/distance_sensor.h>
+#include <webots/motor.h>
+#include <webots/receiver.h>
+#include <webots/robot.h>
+#include <webots/touch_sensor.h>
+static const char *names[] = {"", "ps0", "ps1", "ps2", "ps3", "ps4", "ps5", "ps6", "ps7", "ts0", "ts1", "ts2", "ts3",
+                              "receiver", "left wheel motor", "right wheel motor"};
+static double readings[14], speeds[2];
+static int enabled, packets, begun;
+int wb_robot_init(void) { return 1; }
+void wb_robot_cleanup(void) { fprintf(stderr, "enabled %d", enabled); }
+WbDeviceTag wb_robot_get_device(const char *name) {
+    WbDeviceTag i;
+    for (i = 1; i < 16; ++i) if (!strcmp(names[i], name)) return i;
+    return 0;
+}
+int wb_robot_step(int duration) {
+    int i;
+    if (duration != PERIOD) return -1;
+    if (begun) printf("%a %a\n", speeds[0], speeds[1]);
+    begun = 1;
+    for (i = 1; i < 14; ++i) if (scanf("%lf", &readings[i]) != 1) return -1;
+    packets = 2; /* the second one counts */
+    return duration;
+}
+static void enable(WbDeviceTag tag, int period) { enabled += tag > 0 && period == PERIOD; }
+void wb_distance_sensor_enable(WbDeviceTag tag, int period) { enable(tag, period); }
+void wb_touch_sensor_enable(WbDeviceTag tag, int period) { enable(tag, period); }
+void wb_receiver_enable(WbDeviceTag tag, int period) { enable(tag, period); }
+double wb_distance_sensor_get_value(WbDeviceTag tag) { return readings[tag]; }
+double wb_touch_sensor_get_value(WbDeviceTag tag) { return readings[tag]; }
+int wb_receiver_get_queue_length(WbDeviceTag tag) { return tag ? packets : 0; }
+double wb_receiver_get_signal_strength(WbDeviceTag tag) { return packets == 1 ? readings[tag] : 0.0; }
+void wb_receiver_next_packet(WbDeviceTag tag) { packets -= tag > 0; }
+void wb_motor_set_position(WbDeviceTag tag, double position) { if (!isinf(position)) speeds[tag - 14] = -1e9; }
+void wb_motor_set_velocity(WbDeviceTag tag, double velocity) { speeds[tag - 14] = velocity; }
+"""
+
+
+@pytest.mark.parametrize("options", CONTROLLERS[:3], ids=str)
+def test_a_webots_controller_says_what_the_library_says(tmp_path: Path, options: dict[str, Any]) -> None:
+    folder = network_run(tmp_path / "run", options)
+    build = tmp_path / "c"
+    (build / "webots").mkdir(parents=True)
+    for name, declarations in WEBOTS.items():
+        (build / "webots" / name).write_text("#include <webots/types.h>\n" + declarations)
+    (build / "webots" / "types.h").write_text(f"#ifndef TYPES_H\n#define TYPES_H\n{WEBOTS_H}#endif\n")
+    (build / "stub.c").write_text(WEBOTS_STUB)
+    with Store.open(folder) as store:
+        source = export.source(store, 2, "webots")
+    program = compiled(source, build, "-I.", "-DPERIOD=100", "stub.c")
+    x = random_observations()
+    policies, settings = policies_of(folder, 2)
+    least, most = settings.emitter.strength
+    raw = x.copy()
+    raw[:, :8] *= 4500.0  # more than there is at contact
+    raw[:, 12] *= 1.2 * most
+    x[:, :8] = np.clip(raw[:, :8] / settings.sensors.infrared_curve[0][1], 0, 1)
+    x[:, 12] = np.clip(raw[:, 12], least, most) / most
+    found = outputs(program, raw)
+    np.testing.assert_allclose(found, native(policies, x) * settings.robot.top_speed, rtol=0, atol=1e-12)
+
+
+def test_each_robot_has_its_controller(tmp_path: Path) -> None:
+    folder = network_run(tmp_path / "run", {"hidden": 3}, team={"genomes": "individual"})
+    with Store.open(folder) as store:
+        sources = [export.source(store, 1, "epuck", robot) for robot in range(2)]
+        assert sources[0] != sources[1]
+        with pytest.raises(ExportError, match="robot: expected 0 to 1, got 2"):
+            export.source(store, 1, "epuck", 2)
+        found = export.controller(store, 1)
+    assert len(found["networks"]) == 2
+    assert "input_hidden[1]" in found["blocks"]
+    assert "robot 1 of the run" in sources[1]
+
+
+def test_a_name_cannot_get_into_the_code(tmp_path: Path) -> None:
+    folder = network_run(tmp_path / "x*\u2044 $hidden\n${title}#error", {"hidden": 2})
+    with Store.open(folder) as store:
+        source = export.source(store, 1, "epuck")
+    assert source.index("*/") < source.index("#include")
+    compiled(source + EPUCK_MAIN, tmp_path / "c")
+
+
+def test_what_cannot_be_exported(tmp_path: Path) -> None:
+    folder = run(tmp_path / "run", toy_plugins.config(controller="toy_linear"))
+    with Store.open(folder) as store:
+        with pytest.raises(ExportError, match="controller toy_linear: expected a feed-forward network"):
+            export.source(store, 1, "epuck")
+        assert export.controller(store, 1)["networks"] == []
+        with pytest.raises(StoreError, match="there is no genome 999"):
+            export.controller(store, 999)
+
+
+# ---- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_the_command(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def call(*arguments: object) -> tuple[Any, str, str]:
+        with pytest.raises(SystemExit) as exit:
+            cli.main(["export", str(folder), *map(str, arguments)])
+        return exit.value.code or 0, *capsys.readouterr()
+
+    code, out, _ = call("--csv")
+    assert (code, len(out.splitlines())) == (0, 61)
+    assert json.loads(call("--json")[1])["format"] == 1
+    assert json.loads(call("--controller", 2)[1])["genome"] == 2
+    assert "wb_robot_step" in call("--controller", 2, "--as", "webots")[1]
+    file = tmp_path / "controller.c"
+    assert call("--controller", 2, "--as", "epuck", "--out", file) == (0, "", "")
+    assert "swarmevo_step" in file.read_text()
+    code, _, err = call("--csv", "--out", file)
+    assert (code, err) == (1, f"error: {file}: File exists\n")
+    for wrong in ([], ["--csv", "--json"], ["--controller", 1, "--as", "c++"]):
+        code, _, err = call(*wrong)
+        assert code == 2
+        assert "expected" in err
+    code, _, err = call("--controller", 999, "--out", tmp_path / "other")
+    assert (code, (tmp_path / "other").exists()) == (1, False)

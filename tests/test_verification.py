@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import toy_plugins
+from swarmevo import cli
+from swarmevo.evaluation import Interrupted
+from swarmevo.evolution import begin, evolve
+from swarmevo.store import CONFIG_FILE, DATABASE_FILE, Store, StoreError
+from swarmevo.verification import Difference, Report, verify
+
+EVALUATIONS = 2 * (4 + 5 + 6)
+
+
+@pytest.fixture(params=["toy_network", "toy_linear"])
+def folder(tmp_path: Path, distribution: Callable[..., Any], request: pytest.FixtureRequest) -> Path:
+    """A finished run of a native controller, and of one in Python."""
+    toy_plugins.install(distribution)
+    begin(tmp_path / "run", toy_plugins.config(controller=request.param))
+    with Store.open(tmp_path / "run", readonly=False) as store:
+        evolve(store, 1, lambda progress: None)
+    return tmp_path / "run"
+
+
+def verified(folder: Path, sample: int | None = None, **options: Any) -> Report:
+    with Store.open(folder) as store:
+        return verify(store, 2, sample, **options)
+
+
+def change(folder: Path, statement: str, *values: object) -> None:
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
+        assert database.execute(statement, values).rowcount
+        database.commit()
+
+
+def test_a_run_comes_out_as_it_is_stored(folder: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    report = verified(folder, observe=lambda done, total: seen.append((done, total)))
+    assert report == Report(EVALUATIONS, EVALUATIONS, 2 * EVALUATIONS, (), (), ())
+    assert report.is_sound
+    assert seen == [(done, EVALUATIONS) for done in (4, 9, 15, 19, 24, 30)]
+
+
+@pytest.mark.parametrize("sample", [1, 7, 1000])
+def test_a_sample_is_of_its_size(folder: Path, sample: int) -> None:
+    report = verified(folder, sample)
+    assert report.is_sound
+    assert report.checked == min(sample, EVALUATIONS)
+    assert report.episodes == 2 * report.checked
+
+
+WHERE = "WHERE trial = 1 AND generation = 2 AND individual = 3 AND repeat = 1"
+
+
+@pytest.mark.parametrize(
+    ("change_to", "what"),
+    [
+        ("hash = hash + 1", ("trajectory",)),
+        ("objective_1 = objective_1 * 1.0000000000000002", ("distance",)),
+        ("push_time = 0.5", ("push_time",)),
+        ("homing_time_1 = 17.0", ("homing_time",)),
+        ("fault = 'it fell over', hash = 0", ("trajectory", "fault")),
+    ],
+)
+def test_what_was_changed_is_found(folder: Path, change_to: str, what: tuple[str, ...]) -> None:
+    change(folder, f"UPDATE episode SET {change_to} {WHERE}")
+    report = verified(folder)
+    assert [(d.trial, d.generation, d.individual, d.repeat, d.session, d.what) for d in report.differences] == [
+        (1, 2, 3, 1, 1, what)
+    ]
+    assert report.explanations == (
+        "session 1: versions, library and CPU are the same; a plugin is not deterministic, or the database was changed",
+    )
+    assert not report.is_sound
+
+
+def test_a_changed_genome_is_found(folder: Path) -> None:
+    with Store.open(folder) as store:
+        genome = int(store.genome_ids(0, 1)[2])
+        genes = store.genome(genome)
+    genes[:] = 1.0
+    change(folder, "UPDATE genome SET genes = ? WHERE id = ?", genes.tobytes(), genome)
+    report = verified(folder)
+    assert report.damaged_genomes == (genome,)
+    assert {difference.genome for difference in report.differences} == {genome}
+
+
+def test_what_has_changed_since_explains_differences(folder: Path) -> None:
+    origin = json.loads((folder / "provenance.json").read_text())
+    origin["cpu"], origin["numpy"], origin["created"] = "Another CPU", "0.9", "long ago"
+    origin["library"]["build"] = "swarmevo 0.0.1"
+    change(folder, "UPDATE session SET provenance = ?", json.dumps(origin))
+    assert verified(folder).explanations == ()  # nothing differs, nothing is to be explained
+    change(folder, f"UPDATE episode SET hash = 1 {WHERE}")
+    lines = verified(folder).explanations
+    assert [line.partition(", is ")[0] for line in lines] == [
+        "session 1: library build was swarmevo 0.0.1",
+        "session 1: numpy was 0.9",
+        "session 1: cpu was Another CPU",
+    ]
+
+
+def test_a_run_with_another_configuration_is_not_verified(folder: Path) -> None:
+    with (folder / CONFIG_FILE).open("a") as file:
+        file.write("# a remark\n")
+    with pytest.raises(StoreError, match=r"config\.yaml: was changed since the run began"):
+        verified(folder)
+
+
+def test_verifying_can_be_stopped(folder: Path) -> None:
+    with pytest.raises(Interrupted):
+        verified(folder, stop=lambda: True)
+
+
+def test_the_command_says_what_differs_and_exits_with_1(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def run(*options: str) -> tuple[Any, str]:
+        with pytest.raises(SystemExit) as exit:
+            cli.main(["verify", str(folder), "--workers", "1", *options])
+        return exit.value.code, capsys.readouterr().out
+
+    code, said = run("--sample", "3")
+    assert not code
+    assert said == "3 of 30 evaluations simulated anew, 6 episodes\nthe same, bit by bit\n"
+    change(folder, f"UPDATE episode SET hash = 1 {WHERE}")
+    code, said = run()
+    assert code == 1
+    assert "differs: trial 1, generation 2, individual 3, repeat 1, genome " in said
+    assert "the database was changed" in said
+    assert said.endswith("1 episodes differ\n")
+    code, said = run("--json")
+    assert code == 1
+    found = json.loads(said)
+    assert found["sound"] is False
+    assert Difference(**found["differences"][0] | {"what": ("trajectory",)}) in verified(folder).differences
