@@ -62,8 +62,8 @@ def avoiding_network() -> FeedForward:
 # ---- cases ----
 
 
-def pushing_config(seconds: float = 60.0) -> Config:
-    """Return a long arena with five robots behind the box: they push it all the time."""
+def pushing_config(seconds: float = 8.0) -> Config:
+    """Return a long arena with five robots behind the box: they push it all the time, before it turns away."""
     size = 20.0
     south = -size / 2 + 0.6
     poses = tuple((0.0715 * (i - 2), south - 0.09 - 0.037, np.pi / 2) for i in range(5))
@@ -165,7 +165,7 @@ def case(name: str) -> Case | LockstepCase:
 
 CASES: dict[str, Callable[[], Case | LockstepCase]] = {
     "roaming": lambda: Case(Config(), avoiding_network(), 20),
-    "pushing": lambda: Case(pushing_config(), constant_network(0.9, 0.9), 6),
+    "pushing": lambda: Case(pushing_config(), constant_network(0.9, 0.9), 40),
     "random": lambda: Case(Config(), random_networks(40), 40),
     "lockstep": LockstepCase,
 }

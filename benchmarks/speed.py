@@ -178,7 +178,7 @@ def breakdown(case: str) -> dict[str, float] | str:
         "sensing": observe / whole,
         "network": network / whole,
         "telemetry, hash, noise of the wheels, the rest": (whole - step - observe - network) / whole,
-        "instructions for a simulated second": whole / float(480 if case == "random" else 60),
+        "instructions for a simulated second": whole / {"roaming": 60.0, "pushing": 8.0, "random": 480.0}[case],
     }
 
 

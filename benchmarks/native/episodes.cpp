@@ -67,7 +67,7 @@ int run(const char* name) {
         fixture.config.team.start_jitter[0] = fixture.config.team.start_jitter[1] = 0;
     }
     if (all.empty()) return std::fprintf(stderr, "expected roaming, pushing or random\n"), 2;
-    fixture.config.episode.horizon = 60;
+    fixture.config.episode.horizon = std::strcmp(name, "pushing") ? 60 : 8;
 
     swe_scene* scene = nullptr;
     if (swe_scene_create(&scene, &fixture.config)) return std::fprintf(stderr, "%s\n", swe_error_message()), 1;
