@@ -13,8 +13,6 @@ constexpr Vector kUp = {0, 0, 1};
 constexpr double kStartPitch = -1e-4;
 // A robot that pitches or rolls faster than this [rad/s], or leans farther to a side than this (sine), is not at ease.
 constexpr double kCalmSpin = 0.05, kCalmRoll = 0.003;
-// A wheel that slips slower than this grips [m/s].
-constexpr double kGripSpeed = 0.01;
 // Leaning farther than this (sine of the roll), a robot fell over.
 constexpr double kFallen = 0.87;
 
@@ -41,31 +39,6 @@ Vector turned(const Vector& direction, double angle) {
     return {c * direction[0] - s * direction[1], s * direction[0] + c * direction[1], 0};
 }
 
-double along(const Vector& velocity, const Vector& direction) {
-    return velocity[0] * direction[0] + velocity[1] * direction[1];
-}
-
-// Velocity of a point of a body, given in the world [m/s].
-Vector velocity_at(dBodyID body, const Vector& point) {
-    dVector3 v;
-    dBodyGetPointVel(body, point[0], point[1], point[2], v);
-    return {v[0], v[1], v[2]};
-}
-
-// Friction of a wheel. One that slips rubs at its limit and against its slip: across its rolling direction with the
-// limit's share slip across / slip along, and the other way round. ODE limits the two directions each on its own, to a
-// pyramid in whose corners a wheel would grip 1.4 times as hard; so each gives way in proportion to the other's slip.
-//   wheels_across: for how many wheels this one resists a slide along the axle
-//   slip_along, slip_across: velocity of the wheel's lowest point over the floor [m/s];  load: on a wheel [N]
-Friction rolling_friction(const Vector& rolling, double mu, int wheels_across, double rim_speed, double slip_along,
-                          double slip_across, double load) {
-    if (mu == 0) return {rolling, 0, 0, 0};
-    const auto yielding = [&](double slip, int wheels) {
-        return wheels > 0 && std::abs(slip) > kGripSpeed ? std::abs(slip) / (wheels * mu * load) : 0;
-    };
-    return {rolling, mu, wheels_across * mu, rim_speed, yielding(slip_across, 1), yielding(slip_along, wheels_across)};
-}
-
 // What both models share.
 class FloorDrive : public Drive {
   public:
@@ -81,9 +54,6 @@ class FloorDrive : public Drive {
     }
 
   protected:
-    // Weight on a wheel of a robot that stands level [N].
-    double wheel_load() const { return scene_.robot.mass * scene_.physics.gravity / 2; }
-
     bool has_fallen() const { return std::abs(axis(body(), 1)[2]) > kFallen; }
 
     // A robot on its side: one point below its centre keeps it from sinking.
@@ -121,7 +91,7 @@ class DrivenContacts : public FloorDrive {
         const double mu = scene_.physics.wheel_friction;
         // Wheels where they are and as they point in the middle of the step: its start would bend every curve outwards.
         const double half_turn = turning_rate(is_free) * time_step / 2;
-        const Vector rolling = turned(level.forward, half_turn), sideways = {-rolling[1], rolling[0], 0};
+        const Vector rolling = turned(level.forward, half_turn);
         const dReal* centre = dBodyGetPosition(body());
         const bool is_level = std::abs(axis(body(), 1)[2]) < kCalmRoll;
         for (const Side side : {left, right}) {
@@ -131,12 +101,8 @@ class DrivenContacts : public FloorDrive {
             const Vector point = {centre[0] + offset[0], centre[1] + offset[1], foot[2]};
             // Both wheels resist a slide along their common axle: one row of twice the strength does the same, unless
             // the robot leans to a side.
-            const int resisting = !is_level ? 1 : side == left ? 2 : 0;  // wheels across
-            const Vector hub_velocity = velocity_at(body(), hub);
-            const double slip_along = along(hub_velocity, rolling) - rim_speeds_[side];
-            contacts.add(body(), nullptr, point, kUp, point[2],
-                         rolling_friction(rolling, mu, resisting, rim_speeds_[side], slip_along,
-                                          along(hub_velocity, sideways), wheel_load()));
+            const double across = !is_level ? mu : side == left ? 2 * mu : 0;
+            contacts.add(body(), nullptr, point, kUp, point[2], {rolling, mu, across, rim_speeds_[side]});
         }
         for (const int end : {1, -1}) add_caster_contact(contacts, end, level.forward, scene_.robot.centre_of_mass);
     }
@@ -234,11 +200,7 @@ class Articulated : public FloorDrive {
             const Level level = level_of(wheel);
             const dReal* p = dBodyGetPosition(wheel);
             const Vector point = below({p[0], p[1], p[2]}, scene_.robot.wheel_radius, level.down_in_wheel_plane);
-            const Vector foot_velocity = velocity_at(wheel, point);
-            const Vector sideways = {-level.forward[1], level.forward[0], 0};
-            contacts.add(wheel, nullptr, point, kUp, point[2],
-                         rolling_friction(level.forward, mu, 1, 0, along(foot_velocity, level.forward),
-                                          along(foot_velocity, sideways), wheel_load()));
+            contacts.add(wheel, nullptr, point, kUp, point[2], {level.forward, mu, mu, 0});
         }
         const Vector forward = level_of(body()).forward;
         for (const int end : {1, -1}) add_caster_contact(contacts, end, forward, chassis_centre_);

@@ -136,11 +136,6 @@ dJointID Contacts::add(dBodyID first, dBodyID second, const Vector& point, const
     std::copy_n(normal.begin(), 3, contact.geom.normal);
     std::copy_n(friction.direction.begin(), 3, contact.fdir1);
     contact.geom.depth = std::max(0.0, -gap);
-    if (friction.slip_along > 0 || friction.slip_across > 0) {
-        contact.surface.mode |= dContactSlip1 | dContactSlip2;
-        contact.surface.slip1 = std::max(friction.slip_along, physics_.contact_cfm);
-        contact.surface.slip2 = std::max(friction.slip_across, physics_.contact_cfm);
-    }
     if (soft_) soften(contact);
     ++count_;
     deepest_overlap_ = std::max(deepest_overlap_, -gap);
@@ -153,9 +148,7 @@ dJointID Contacts::add(dBodyID first, dBodyID second, const Vector& point, const
 void Contacts::soften(dContact& contact) const {
     const double softness = physics_.contact_cfm * (2 + count_ % 13 / 13.0);
     contact.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
-    contact.surface.soft_cfm = softness;
-    contact.surface.slip1 = std::max(contact.surface.slip1, softness);
-    contact.surface.slip2 = std::max(contact.surface.slip2, softness);
+    contact.surface.soft_cfm = contact.surface.slip1 = contact.surface.slip2 = softness;
 }
 
 void provoke_ode_assertion() {

@@ -49,9 +49,8 @@ Vector to_world(dBodyID body, const Vector& local);  // a point of the body
 // How two surfaces rub. Friction acts along `direction`, a unit vector across the normal, and at a right angle to it.
 struct Friction {
     Vector direction;
-    double along, across;                    // Coulomb coefficients; 0 costs the solver nothing
-    double surface_speed;                    // at which the first body's surface runs backwards: a wheel's rim [m/s]
-    double slip_along = 0, slip_across = 0;  // speed for each newton at which a surface gives way [m/(N s)]
+    double along, across;  // Coulomb coefficients; 0 costs the solver nothing
+    double surface_speed;  // at which the first body's surface runs backwards: a wheel's rim [m/s]
 };
 
 // The contacts of one step.
