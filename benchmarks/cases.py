@@ -76,6 +76,16 @@ def pushing_config(seconds: float = 8.0) -> Config:
     )
 
 
+def pressed_config() -> Config:
+    """Return the paper's arena with the box at its wall and five robots that press on it in vain."""
+    poses = tuple((0.0715 * (i - 2), 0.41 - 0.09 - 0.037, np.pi / 2) for i in range(5))
+    return changed(
+        Config(),
+        box={"pose": (0.0, 0.41, 0.0)},
+        team={"start": "poses", "start_poses": poses, "start_jitter": (0.0, 0.0)},
+    )
+
+
 def scaled_config(robots: int) -> Config:
     """Return ``robots`` robots in an arena that gives each the room that five have in the paper's."""
     size = float(np.sqrt(robots / 5))
@@ -166,6 +176,7 @@ def case(name: str) -> Case | LockstepCase:
 CASES: dict[str, Callable[[], Case | LockstepCase]] = {
     "roaming": lambda: Case(Config(), avoiding_network(), 20),
     "pushing": lambda: Case(pushing_config(), constant_network(0.9, 0.9), 40),
+    "pressed": lambda: Case(pressed_config(), constant_network(0.9, 0.9), 4),
     "random": lambda: Case(Config(), random_networks(40), 40),
     "lockstep": LockstepCase,
 }

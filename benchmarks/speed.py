@@ -58,6 +58,7 @@ SIDE_BY_SIDE: dict[str, list[tuple[str, list[str]]]] = {
         ("MuJoCo tuned, 3-D", peer("mujoco", "--mode", "step", "--push", "--config", "tuned", "--seconds", "20")),
         ("MuJoCo plain, 3-D", peer("mujoco", "--mode", "step", "--push", "--config", "plain", "--seconds", "20")),
     ],
+    "five robots pressed on the box at the wall": [("swarmevo, 3-D", [*OURS, "pressed", "--repeat", "1"])],
     "random genomes, mixed": [("swarmevo, 3-D", [*OURS, "random", "--repeat", "1"])],
     "Python controller, 256 worlds in lockstep": [("swarmevo, 3-D", [*OURS, "lockstep", "--repeat", "1"])],
 }

@@ -169,8 +169,8 @@ def _distances(samples: dict[Model, Sample], settings: Settings) -> str:
     rows += [[f"{model} and {REFERENCE}", *_cells(values)] for model, values in found.items()]
     critical = critical_distance(settings.pairs)
     verdicts = "\n".join(f"- {model}: {_verdict(values, critical)}" for model, values in found.items())
-    return f"""Kolmogorov-Smirnov distances, from 0 to 1, of places and headings rounded to {millimetres(RESOLUTION):g} mm
-and mrad (many robots stand at walls, where micrometres would count as much as metres):
+    return f"""Kolmogorov-Smirnov distances, from 0 to 1, of places and headings rounded to
+{millimetres(RESOLUTION):g} mm and mrad (many robots stand at walls, where micrometres would count as much as metres):
 
 {table(["between", *QUANTITIES], rows)}
 The first line is how far two samples of one physics are apart by chance. Two samples of {settings.pairs} from one

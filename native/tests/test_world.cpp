@@ -80,6 +80,42 @@ TEST_CASE("walls and other robots stop a robot") {
     }
 }
 
+TEST_CASE("a robot that drives into a corner touches both walls and stays") {
+    const auto end_of_drive = [](int drive, double time_step, double deepest) {
+        Fixture fixture({0.4, -0.4, -kPi / 4});
+        fixture.without_noise().config.physics.time_step = time_step;
+        fixture.config.physics.drive = drive;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
+        run(world, 3, time_step);
+        CHECK(world.robot_pose(0).x == doctest::Approx(0.465).epsilon(1e-4));
+        CHECK(world.robot_pose(0).y == doctest::Approx(-0.465).epsilon(1e-4));
+        CHECK(world.extremes().penetration < deepest);
+        CHECK(world.unsolved_steps() == 0);
+    };
+    for (const double time_step : {0.005, 0.02, 0.05}) end_of_drive(SWE_DRIVE_DRIVEN_CONTACTS, time_step, 1e-4);
+    // The reference is true at small steps only: where both walls are hit at once it loses the floor for one of them.
+    end_of_drive(SWE_DRIVE_ARTICULATED, 0.005, 1e-3);
+}
+
+TEST_CASE("a robot between wall and box touches both and harms neither") {
+    for (const double time_step : {0.005, 0.02, 0.05}) {
+        Fixture fixture({0.35, 0.2, 0});
+        fixture.box_at(0.16, 0.2).without_noise().config.physics.time_step = time_step;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
+        run(world, 2, time_step);
+        world.set_rim_speeds(0, -kTopSpeed, -kTopSpeed);
+        run(world, 4, time_step);
+        // One robot does not move the box. Its rear is at the box's east face.
+        CHECK(world.box_pose().x == doctest::Approx(0.16).epsilon(0.01));
+        CHECK(world.robot_pose(0).x == doctest::Approx(0.16 + 0.1375 + 0.035).epsilon(0.01));
+        CHECK(world.extremes().penetration < 1e-3);
+    }
+}
+
 TEST_CASE("with wheels still, energy never grows and everything stays where it is") {
     for (const double time_step : {0.005, 0.02, 0.05}) {
         const Fixture fixture;
