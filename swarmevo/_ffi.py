@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import threading
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
@@ -18,6 +19,7 @@ from typing import Any
 
 from cffi import FFI
 
+_LOADING = threading.Lock()
 _STRUCTS = ("scene_config", "network_config", "policy", "episode", "outcome", "telemetry")  # order of swe_abi_layout
 _CFFI_PART = re.compile(r"/\* \[cffi begins\].*?\*/(.*)/\* \[cffi ends\] \*/", re.DOTALL)
 
@@ -84,13 +86,18 @@ def _check_abi(ffi: FFI, lib: Any, path: Path) -> None:
             )
 
 
-@cache
 def load() -> tuple[FFI, Any]:
     """Return ``(ffi, lib)``, loaded and checked once.
 
     Raises:
         SimulatorError: The library is missing, cannot be loaded, or does not fit its header.
     """
+    with _LOADING:  # by one thread, once
+        return _load()
+
+
+@cache
+def _load() -> tuple[FFI, Any]:
     ffi = FFI()
     ffi.cdef(_declarations())
     path = library_path()

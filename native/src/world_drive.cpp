@@ -93,16 +93,12 @@ class DrivenContacts : public FloorDrive {
         const double half_turn = turning_rate(is_free) * time_step / 2;
         const Vector rolling = turned(level.forward, half_turn);
         const dReal* centre = dBodyGetPosition(body());
-        const bool is_level = std::abs(axis(body(), 1)[2]) < kCalmRoll;
         for (const Side side : {left, right}) {
             const Vector hub = to_world(body(), wheel_centre(scene_.robot, side));
             const Vector foot = below(hub, scene_.robot.wheel_radius, level.down_in_wheel_plane);
             const Vector offset = turned({foot[0] - centre[0], foot[1] - centre[1], 0}, half_turn);
             const Vector point = {centre[0] + offset[0], centre[1] + offset[1], foot[2]};
-            // Both wheels resist a slide along their common axle: one row of twice the strength does the same, unless
-            // the robot leans to a side.
-            const double across = !is_level ? mu : side == left ? 2 * mu : 0;
-            contacts.add(body(), nullptr, point, kUp, point[2], {rolling, mu, across, rim_speeds_[side]});
+            contacts.add(body(), nullptr, point, kUp, point[2], {rolling, mu, mu, rim_speeds_[side]});
         }
         for (const int end : {1, -1}) add_caster_contact(contacts, end, level.forward, scene_.robot.centre_of_mass);
     }
