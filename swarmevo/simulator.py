@@ -242,7 +242,14 @@ class _Buffers:
         self.channels: dict[str, FloatArray] = {}
         for name in channels:
             shape = [robots if axis == "robots" else int(axis) for axis in CHANNELS[name]]
-            array = np.empty((n, steps, *shape))
+            try:
+                array = np.empty((n, steps, *shape))
+            except MemoryError:
+                gibibytes = n * steps * int(np.prod(shape)) * 8 / 2**30
+                raise SimulatorError(
+                    f"telemetry {name}: expected {gibibytes:.1f} GiB of memory for {n} episodes of {steps} control "
+                    "steps, got less; use a shorter episode.horizon or a longer episode.control_period"
+                ) from None
             channel = getattr(self.telemetry, name)
             channel.data, channel.length = ffi.from_buffer("double[]", array), array.size
             self.channels[name] = array

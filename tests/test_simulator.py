@@ -320,6 +320,19 @@ def test_a_thousand_random_episodes_leave_the_world_whole() -> None:
 # ---- the library -----------------------------------------------------------------------------------------------------
 
 
+def test_too_much_telemetry_is_one_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, empty = Scene(short(1.0)), np.empty
+
+    def refuse_channels(shape: tuple[int, ...]) -> FloatArray:
+        if len(shape) == 4:
+            raise MemoryError
+        return empty(shape)
+
+    monkeypatch.setattr(simulator.np, "empty", refuse_channels)
+    with pytest.raises(simulator.SimulatorError, match=r"telemetry pose: expected .* GiB"):
+        simulate(scene, networks(1), keys(1), cloned(1), ["pose"])
+
+
 def test_library_tells_what_it_is_and_survives_an_assertion_of_ode() -> None:
     info = simulator.library_info()
     assert "ODE" in info["build"]
