@@ -323,8 +323,8 @@ def test_a_thousand_random_episodes_leave_the_world_whole() -> None:
 def test_too_much_telemetry_is_one_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, empty = Scene(short(1.0)), np.empty
 
-    def refuse_channels(shape: tuple[int, ...]) -> FloatArray:
-        if len(shape) == 4:
+    def refuse_channels(shape: int | tuple[int, ...]) -> FloatArray:
+        if np.size(shape) == 4:
             raise MemoryError
         return empty(shape)
 
