@@ -321,16 +321,16 @@ def test_a_thousand_random_episodes_leave_the_world_whole() -> None:
 
 
 def test_too_much_telemetry_is_one_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, empty = Scene(short(1.0)), np.empty
+    scene, policies, empty = Scene(short(1.0)), networks(1), np.empty
 
-    def refuse_channels(shape: int | tuple[int, ...]) -> FloatArray:
+    def refuse_channels(shape: Any, *args: Any, **kwargs: Any) -> Any:
         if np.size(shape) == 4:
             raise MemoryError
-        return empty(shape)
+        return empty(shape, *args, **kwargs)
 
-    monkeypatch.setattr(simulator.np, "empty", refuse_channels)
+    monkeypatch.setattr(np, "empty", refuse_channels)
     with pytest.raises(simulator.SimulatorError, match=r"telemetry pose: expected .* GiB"):
-        simulate(scene, networks(1), keys(1), cloned(1), ["pose"])
+        simulate(scene, policies, keys(1), cloned(1), ["pose"])
 
 
 def test_library_tells_what_it_is_and_survives_an_assertion_of_ode() -> None:
