@@ -224,6 +224,17 @@ def signal_after_a_generation(monkeypatch: pytest.MonkeyPatch) -> Callable[[sign
     return patch
 
 
+@pytest.fixture
+def usual_signals() -> Iterator[None]:
+    """Let signals do what they do in a terminal: a shell's background job starts with SIGINT ignored."""
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in usual.items()}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("usual_signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_cleanly_and_resume_gives_the_uninterrupted_result(
     swarmevo_: Swarmevo, signal_after_a_generation: Callable[[signal.Signals], None], number: signal.Signals
