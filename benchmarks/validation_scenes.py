@@ -22,9 +22,12 @@ mpl.use("Agg")
 from matplotlib.figure import Figure  # after the choice of the backend
 
 Drive = Literal["driven_contacts", "articulated"]
-DRIVES: tuple[Drive, ...] = ("driven_contacts", "articulated")
-TIME_STEPS = (0.001, 0.005, 0.01, 0.02, 0.025, 0.05)
-"""The steps that divide the default control period [s]."""
+TIME_STEPS: dict[Drive, tuple[float, ...]] = {
+    "driven_contacts": (0.001, 0.005, 0.01, 0.02, 0.025, 0.05),
+    "articulated": (0.001, 0.005, 0.01, 0.02),
+}
+"""The steps from 1 ms to a drive's largest that divide the default control period [s]."""
+DRIVES = tuple(TIME_STEPS)
 NORTH = np.pi / 2
 Pose = tuple[float, float, float]
 

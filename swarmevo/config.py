@@ -192,8 +192,8 @@ class Physics(Section):
     """[m/s^2]."""
     wheel_friction: float = Field(default=1.0, ge=0, le=10)
     """Coulomb coefficient between wheel and floor."""
-    box_friction: float = Field(default=0.8, ge=0, le=10)
-    """Coulomb coefficient between box and floor: with 0.8 three robots move the box and two do not."""
+    box_friction: float = Field(default=0.58, ge=0, le=10)
+    """Coulomb coefficient between box and floor: with 0.58 three robots move the box and two do not."""
     side_friction: float = Field(default=0.3, ge=0, le=10)
     """Coulomb coefficient between robots, box and walls."""
     contact_erp: float = Field(default=0.2, ge=0.01, le=1)

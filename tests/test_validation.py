@@ -63,7 +63,6 @@ def test_the_default_friction_keeps_a_margin_on_both_sides(name: Drive, step: fl
     assert calibration.is_at_wall(Push(3, ratio * (1 + margin), name, step))
 
 
-@pytest.mark.xfail(strict=True, reason="wheel friction is a pyramid: a robot at a slant pushes up to 1.4 times as hard")
 @pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.02)])
 def test_two_robots_at_a_slant_do_not_move_the_box(name: Drive, step: float) -> None:
     assert calibration.slanted_way(2, float(np.radians(30)), (name, step)) < calibration.STILL
@@ -71,8 +70,8 @@ def test_two_robots_at_a_slant_do_not_move_the_box(name: Drive, step: float) -> 
 
 def test_the_window_is_found() -> None:
     found = calibration.window(("driven_contacts", DEFAULT_STEP), precision=0.02)
-    assert found.low < 0.75
-    assert found.high > 0.95
+    assert found.low < 0.53
+    assert found.high > 0.64
     assert found.margins(found.low) == (0, found.high / found.low - 1)
 
 
@@ -89,18 +88,20 @@ def test_one_robot_at_a_corner_does_not_move_the_box() -> None:
 
 @pytest.fixture(scope="module")
 def differences() -> convergence.Differences:
-    return convergence.compare(Settings(threads=1), steps=(0.01, DEFAULT_STEP))
+    return convergence.compare(
+        Settings(threads=1), steps={"driven_contacts": (0.01, DEFAULT_STEP), "articulated": (0.01,)}
+    )
 
 
 @pytest.mark.parametrize("case", convergence.CASES, ids=lambda case: case.name)
 def test_the_default_drive_keeps_to_the_limits(case: convergence.Case, differences: convergence.Differences) -> None:
     for step in (0.01, DEFAULT_STEP):
-        assert differences[case.name, "driven_contacts", step].is_within(case)
+        assert differences[case.name, "driven_contacts", step].is_within_limits()
 
 
 @pytest.mark.parametrize("case", convergence.CASES, ids=lambda case: case.name)
 def test_the_reference_keeps_to_the_formulas(case: convergence.Case, differences: convergence.Differences) -> None:
-    assert differences[case.name, *convergence.REFERENCE].is_within(case)
+    assert differences[case.name, *convergence.REFERENCE].is_within_limits()
 
 
 def test_circles_have_the_formulas_radius() -> None:

@@ -22,7 +22,9 @@ double rim_speed(const swe_robot_config& robot, double command, double error) {
 }
 
 double traction_limit(const Scene& scene) {
-    return scene.physics.wheel_friction * scene.robot.mass * scene.physics.gravity;
+    const double mu = scene.physics.wheel_friction;
+    return mu * scene.robot.mass * scene.physics.gravity /
+           (1 + mu * scene.robot.centre_of_mass / scene.robot.caster_offset);
 }
 
 }  // namespace swarmevo

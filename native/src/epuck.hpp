@@ -30,7 +30,8 @@ Vector caster_tip(const swe_robot_config& robot, int direction);
 // Rim speed [m/s] for a command in [-1, 1] and a relative error of the motor.
 double rim_speed(const swe_robot_config& robot, double command, double error);
 
-// The largest force along its heading that the robot can push with, all its weight on the wheels [N].
+// The largest force along its heading that the robot can push with [N]. Its own friction tips it onto a caster, which
+// so carries N = F h / a (h: height of the push and of the centre of mass; a: caster to axle); F = mu (m g - N).
 double traction_limit(const Scene& scene);
 
 }  // namespace swarmevo

@@ -5,6 +5,8 @@
 //
 // Model
 //   - Floor: each wheel touches below its hub, a caster at its tip (world_drive.cpp), the box at its four corners.
+//     With driven contacts all stays level and loads are the shares of the weight: what ODE's friction, which takes its
+//     limits from the normal forces that hold without it, makes of them in any case. Half of the solver's rows go.
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
 //     force's centre along it is taken where it tips neither body.
 //     Simplification: outlines are those of the upright body; tilts here stay below a few degrees.
@@ -82,12 +84,15 @@ struct World::Impl {
     dBodyID box;
     int box_number;               // in `average`
     std::vector<dBodyID> bodies;  // all
+    bool is_level;                // all bodies stay so, and their loads are known
     double reach;                 // gap below which a side contact is made [m]
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
 
     Impl(const Scene& description, const std::vector<Pose>& starts)
-        : scene(description), contacts(ode, description.physics) {
+        : scene(description),
+          contacts(ode, description.physics),
+          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) {
         dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
         dWorldSetERP(ode.id(), scene.physics.contact_erp);
         dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
@@ -108,7 +113,9 @@ struct World::Impl {
     void add_robot(Robot& robot, int number, const Pose& start) {
         robot.number = number;
         robot.drive = create_drive(scene, ode.id(), start);
-        const double pull = traction_limit(scene), twist = pull * scene.robot.axle_length / 2;
+        const double pull = traction_limit(scene);
+        const double twist =
+            scene.physics.wheel_friction * scene.robot.mass * scene.physics.gravity * scene.robot.axle_length / 2;
         average.add_body(robot.drive->body(), {pull / scene.robot.mass, twist / robot_inertia(scene.robot).vertical});
         for (const dBodyID body : robot.drive->bodies()) {
             bodies.push_back(body);
@@ -120,7 +127,9 @@ struct World::Impl {
         const swe_box_config& b = scene.box;
         dMass mass;
         dMassSetBoxTotal(&mass, b.mass, b.size[0], b.size[1], b.size[2]);
-        box = create_body(ode.id(), {b.pose[0], b.pose[1], b.size[2] / 2}, b.pose[2], 0, mass);
+        const Vector centre = {b.pose[0], b.pose[1], b.size[2] / 2};
+        box = is_level ? create_level_body(ode.id(), centre, b.pose[2], b.mass, mass.I[10])
+                       : create_body(ode.id(), centre, b.pose[2], 0, mass);
         dBodySetLinearVel(box, b.velocity[0], b.velocity[1], 0);
         dBodySetAngularVel(box, 0, 0, b.velocity[2]);
         bodies.push_back(box);
@@ -203,13 +212,22 @@ struct World::Impl {
             const double x = (corner & 1 ? 0.5 : -0.5) * scene.box.size[0];
             const double y = (corner & 2 ? 0.5 : -0.5) * scene.box.size[1];
             // Two opposite corners rub for all four: the same force and the same torque with half the rows.
-            const double mu = corner == 0 || corner == 3 ? 2 * scene.physics.box_friction : 0;
-            const Vector foot = to_world(box, {x, y, -scene.box.size[2] / 2});
-            contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
+            add_box_foot(x, y, direction, corner == 0 ? 2 : corner == 3 ? 2 + kTieBreak : 0);
             const Vector edge = to_world(box, {x, y, 0});
             add_wall_contacts({box, box_number}, edge[0], edge[1], 0,
                               std::min(scene.box.size[2], scene.arena.wall_height) / 2);
         }
+    }
+
+    // A corner that rubs for so many.
+    void add_box_foot(double x, double y, const Vector& direction, double corners) {
+        const Vector foot = to_world(box, {x, y, -scene.box.size[2] / 2});
+        const double mu = corners * scene.physics.box_friction;
+        const double load = scene.box.mass * scene.physics.gravity / kBoxCorners;
+        if (!is_level)
+            contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
+        else if (mu > 0)
+            contacts.add_level(box, foot[0], foot[1], {direction, mu, mu, 0, load});
     }
 
     static bool rests(dBodyID body) {
@@ -249,11 +267,12 @@ struct World::Impl {
     // it alike. Among them are a box left alone and robots that push in vain.
     std::vector<char> who_rests() const {
         std::vector<char> rest;
-        // Forces settle a little later than motions: not good enough for a sensor of force.
-        const bool may_rest = scene.sensors.touch_mode != SWE_TOUCH_MODE_FORCE;
+        // The reference leaves nothing out. Forces settle a little later than motions: not good enough for a sensor of
+        // force.
+        const bool may_rest = is_level && scene.sensors.touch_mode != SWE_TOUCH_MODE_FORCE;
         for (const Robot& robot : robots)
             rest.push_back(may_rest && !robot.is_free && robot.is_steady && rests(robot.drive->body()));
-        rest.push_back(rests(box));
+        rest.push_back(is_level && rests(box));
         const auto wake_up = [&](const AverageVelocity::Touch& touch) {
             if (touch.second == AverageVelocity::kWall || rest[touch.first] == rest[touch.second]) return false;
             rest[touch.first] = rest[touch.second] = false;
@@ -319,9 +338,10 @@ struct World::Impl {
 
     void finish(double time_step) {
         // The reference model runs at steps that need no correction.
-        if (scene.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) average.apply();
+        if (is_level) average.apply();
         for (Robot& robot : robots) {
             if (robot.coasts) robot.drive->coast(time_step);
+            robot.drive->finish(time_step);
             robot.is_steady = true;
         }
     }

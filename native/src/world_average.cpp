@@ -10,7 +10,7 @@ namespace {
 // Velocity changes below these are left as they are [m/s], [rad/s].
 constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
 // Bodies this near to each other touch [m]; if they then near each other faster than this, they collide [m/s].
-constexpr double kContactGap = 1e-5, kGentle = 1e-3;
+constexpr double kContactGap = 1e-5, kGentle = 5e-3;
 // Speed that others may give a body within a step, beyond what it does and means to do [m/s].
 constexpr double kShove = 0.1;
 // Gap that may be closed in any step, however short [m].

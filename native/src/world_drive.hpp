@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a robot is built and driven inside ODE. Two models of the same robot:
 //
-//   DrivenContacts  one rigid body. Each wheel is a contact whose surface runs backwards at its rim's speed.
-//   Articulated     the reference: a chassis and two wheel bodies on hinges with torque-limited velocity motors.
-//                   Slower by the bodies and joints that it adds, and true only at small time steps.
+//   DrivenContacts  one rigid body that stays level, half its weight on each wheel. Each wheel is a contact whose
+//   surface
+//                   runs backwards at its rim's speed.
+//   Articulated     the reference, free in all three dimensions: a chassis on casters and two wheel bodies on hinges
+//   with
+//                   torque-limited velocity motors. Slower by the bodies, contacts and joints that it adds, and true
+//                   only at small time steps.
 #pragma once
 
 #include <memory>
@@ -32,6 +36,9 @@ class Drive {
 
     // Takes it, without ODE.
     virtual void coast(double time_step) = 0;
+
+    // After a step of this length [s].
+    virtual void finish(double time_step) = 0;
 
     // All its bodies; the first is the one that robots and box run into, its pose is the robot's.
     const std::vector<dBodyID>& bodies() const { return bodies_; }

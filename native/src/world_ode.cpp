@@ -14,6 +14,10 @@
 namespace swarmevo {
 namespace {
 
+// Moment of inertia about horizontal axes of a body that stays level [kg m^2]: a newton at the end of a metre tilts it
+// by less than a thousandth of a degree in an hour.
+constexpr double kNeverTilts = 1e12;
+
 thread_local unsigned warnings_of_thread = 0;
 
 void on_warning(int, const char*, va_list) {
@@ -25,6 +29,20 @@ void on_warning(int, const char*, va_list) {
     char text[256];
     std::vsnprintf(text, sizeof text, format, arguments);
     throw Error(SWE_PHYSICS_ERROR, "ODE failed (" + std::to_string(number) + "): " + text);
+}
+
+// A contact of which only the friction is known.
+dContact rubbing(const Friction& friction) {
+    const bool is_known = friction.load != Friction::kSolved;
+    const double unit = is_known ? friction.load : 1;
+    dContact contact{};
+    contact.surface.mode = dContactMu2 | dContactFDir1 | dContactMotionN | dContactMotion1;
+    if (!is_known) contact.surface.mode |= dContactApprox1_1 | dContactApprox1_2;
+    contact.surface.mu = friction.along * unit;
+    contact.surface.mu2 = friction.across * unit;
+    contact.surface.motion1 = friction.surface_speed;
+    std::copy_n(friction.direction.begin(), 3, contact.fdir1);
+    return contact;
 }
 
 void initialise_ode() {
@@ -96,6 +114,16 @@ dBodyID create_body(dWorldID world, const Vector& position, double heading, doub
     return body;
 }
 
+dBodyID create_level_body(dWorldID world, const Vector& position, double heading, double mass,
+                          double vertical_inertia) {
+    dMass level;
+    dMassSetParameters(&level, mass, 0, 0, 0, kNeverTilts, kNeverTilts, vertical_inertia, 0, 0, 0);
+    const dBodyID body = create_body(world, position, heading, 0, level);
+    dBodySetGravityMode(body, 0);
+    dBodySetGyroscopicMode(body, 0);
+    return body;
+}
+
 Vector axis(dBodyID body, int column) {
     const dReal* r = dBodyGetRotation(body);
     return {r[column], r[4 + column], r[8 + column]};
@@ -125,21 +153,27 @@ void Contacts::begin(double time_step, bool soft) {
 
 dJointID Contacts::add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
                        const Friction& friction) {
-    dContact contact{};
-    contact.surface.mode =
-        dContactMu2 | dContactFDir1 | dContactApprox1_1 | dContactApprox1_2 | dContactMotionN | dContactMotion1;
-    contact.surface.mu = friction.along;
-    contact.surface.mu2 = friction.across;
-    contact.surface.motion1 = friction.surface_speed;
+    dContact contact = rubbing(friction);
     contact.surface.motionN = gap > 0 ? -gap / time_step_ : 0;
     std::copy_n(point.begin(), 3, contact.geom.pos);
     std::copy_n(normal.begin(), 3, contact.geom.normal);
-    std::copy_n(friction.direction.begin(), 3, contact.fdir1);
     contact.geom.depth = std::max(0.0, -gap);
+    deepest_overlap_ = std::max(deepest_overlap_, -gap);
+    return create(first, second, contact);
+}
+
+dJointID Contacts::add_level(dBodyID body, double x, double y, const Friction& friction) {
+    dContact contact = rubbing(friction);
+    contact.surface.motionN = -1;  // the normal, which ODE's contacts always have, never presses
+    const dReal point[3] = {x, y, dBodyGetPosition(body)[2]};
+    std::copy_n(point, 3, contact.geom.pos);
+    contact.geom.normal[2] = 1;
+    return create(body, nullptr, contact);
+}
+
+dJointID Contacts::create(dBodyID first, dBodyID second, dContact& contact) {
     if (soft_) soften(contact);
     ++count_;
-    deepest_overlap_ = std::max(deepest_overlap_, -gap);
-
     const dJointID joint = dJointCreateContact(world_.id(), group_, &contact);
     dJointAttach(joint, first, second);
     return joint;

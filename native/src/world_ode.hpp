@@ -43,14 +43,27 @@ Pose pose_of(dBodyID body);
 // A body at rest, pitched about its own y axis (nose down is positive) and then turned by its heading [rad].
 dBodyID create_body(dWorldID world, const Vector& position, double heading, double pitch, const dMass& mass);
 
+// A body at rest that stays level: its supports carry it without being solved for. Neither gravity nor any torque tilts
+// it.
+dBodyID create_level_body(dWorldID world, const Vector& position, double heading, double mass, double vertical_inertia);
+
 Vector axis(dBodyID body, int column);               // a column of its rotation matrix: its own x, y or z in the world
 Vector to_world(dBodyID body, const Vector& local);  // a point of the body
+
+// By how much one of two equal limits of friction is to exceed the other, relatively: surfaces that slip in the same
+// instant tie rows of the contact problem, and ODE's solver stalls. Far above rounding, far below any figure of
+// friction.
+constexpr double kTieBreak = 1e-7;
 
 // How two surfaces rub. Friction acts along `direction`, a unit vector across the normal, and at a right angle to it.
 struct Friction {
     Vector direction;
     double along, across;  // Coulomb coefficients; 0 costs the solver nothing
     double surface_speed;  // at which the first body's surface runs backwards: a wheel's rim [m/s]
+    // Normal force that limits friction [N]. ODE's own is the one that holds before any friction acts that is limited
+    // so; it misses what other friction presses on.
+    double load = kSolved;
+    static constexpr double kSolved = -1;
 };
 
 // The contacts of one step.
@@ -70,9 +83,13 @@ class Contacts {
     dJointID add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
                  const Friction& friction);
 
+    // Friction with the floor at a point of a level body, whose load is known.
+    dJointID add_level(dBodyID body, double x, double y, const Friction& friction);
+
     double deepest_overlap() const { return deepest_overlap_; }  // since the world began [m]
 
   private:
+    dJointID create(dBodyID first, dBodyID second, dContact& contact);
     void soften(dContact& contact) const;
 
     const swe_physics_config& physics_;
