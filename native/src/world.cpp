@@ -88,6 +88,7 @@ struct World::Impl {
     double reach;                 // gap below which a side contact is made [m]
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
+    double prepared = 0;  // the contacts that are there are for a step of this length from the present state [s]
 
     Impl(const Scene& description, const std::vector<Pose>& starts)
         : scene(description),
@@ -239,6 +240,7 @@ struct World::Impl {
     void add_all_contacts(double time_step, bool soft) {
         contacts.begin(time_step, soft);
         average.begin(time_step);
+        prepared = soft ? 0 : time_step;
         for (const Robot& robot : robots) {
             const Vector aim = robot.drive->intended_velocity();
             average.intend(robot.number, aim[0], aim[1]);
@@ -321,7 +323,8 @@ struct World::Impl {
         std::vector<BodyState> before;
         for (const dBodyID body : bodies) before.push_back(state_of(body));
         for (const bool soft : {false, true}) {
-            add_all_contacts(time_step, soft);
+            if (soft || prepared != time_step) add_all_contacts(time_step, soft);
+            prepared = 0;
             const unsigned warnings = nothing_to_solve() ? 0 : ode.step(time_step);
             messages += warnings;
             if (warnings == 0) return finish(time_step);

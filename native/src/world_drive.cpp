@@ -161,6 +161,7 @@ class DrivenContacts : public FloorDrive {
         dBodySetQuaternion(body(), after);
         dBodySetLinearVel(body(), wanted.speed * mean[0], wanted.speed * mean[1], 0);
         dBodySetAngularVel(body(), 0, 0, wanted.turning);
+        forward_share_ = sideways_share_ = 0;
     }
 
   private:
