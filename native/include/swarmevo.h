@@ -53,7 +53,7 @@ const char* swe_error_message(void);
 
 uint32_t swe_abi_version(void);
 
-/* Release, compiler, ODE and Eigen versions, in one line. */
+/* Release, compiler, ODE and Eigen versions and the beginning of a hash of the sources, in one line. */
 const char* swe_build_info(void);
 
 /* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_telemetry, in this

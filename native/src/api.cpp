@@ -133,7 +133,8 @@ uint32_t swe_abi_version(void) {
 const char* swe_build_info(void) {
     static const std::string info = std::string("swarmevo " SWARMEVO_VERSION ", ") + SWARMEVO_COMPILER + ", " +
                                     ode_description() + ", Eigen " + std::to_string(EIGEN_WORLD_VERSION) + "." +
-                                    std::to_string(EIGEN_MAJOR_VERSION) + "." + std::to_string(EIGEN_MINOR_VERSION);
+                                    std::to_string(EIGEN_MAJOR_VERSION) + "." + std::to_string(EIGEN_MINOR_VERSION) +
+                                    ", sources " SWARMEVO_SOURCES;
     return info.c_str();
 }
 

@@ -21,6 +21,9 @@ Inertia robot_inertia(const swe_robot_config& robot);
 
 enum Side { left = 0, right = 1 };
 
+// Of the robot's mass in each wheel, where wheels are bodies of their own: about 5 g of 80 g.
+constexpr double kWheelShare = 0.06;
+
 // Centre of a wheel in the body frame [m].
 Vector wheel_centre(const swe_robot_config& robot, Side side);
 

@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pool.hpp"
 
+#include <exception>
+#include <string>
+
+#include "error.hpp"
+
 namespace swarmevo {
 
 Pool::Pool(unsigned threads) {
     try {
         for (unsigned i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
-    } catch (...) {  // no more threads to be had: those that run must end before the exception goes on
+    } catch (const std::exception& error) {  // no more to be had: those that run must end first
+        const std::string came = std::to_string(1 + workers_.size());
         stop();
-        throw;
+        throw Error(SWE_OUT_OF_MEMORY, "threads: expected " + std::to_string(threads) + " from the system, got " +
+                                           came + " (" + error.what() +
+                                           "): ask for fewer, or raise its limit (ulimit -u)");
     }
 }
 

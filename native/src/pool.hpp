@@ -13,7 +13,7 @@ namespace swarmevo {
 
 class Pool {
   public:
-    // The calling thread is one of `threads`. Throws std::system_error if the system gives no more.
+    // The calling thread is one of `threads`. Throws Error(SWE_OUT_OF_MEMORY) if the system gives no more.
     explicit Pool(unsigned threads);
     ~Pool();
     Pool(const Pool&) = delete;

@@ -5,14 +5,20 @@
 #include <cmath>
 #include <cstdio>
 
+#include "epuck.hpp"
 #include "error.hpp"
 
 namespace swarmevo {
 namespace {
 
 constexpr double kLargestControlSteps = 1e7;
-// Random sequential placement of discs jams at a density of 0.547; well below it, drawing finds a place quickly.
-constexpr double kDensestRandomStart = 0.35;
+// Random sequential placement of discs jams at a density of 0.547; well below it, and where no more than nine in ten
+// places are the box's, drawing finds a place quickly.
+constexpr double kDensestRandomStart = 0.35, kLeastFreeShare = 0.1;
+// Share of a region that is enough for drawing a place for the last robot.
+constexpr double kLeastLeftShare = 0.01;
+// Largest slope of a robot that leans on a caster: the sides of bodies are taken to be upright.
+constexpr double kSteepestLean = 0.1;
 
 std::string number(double value) {
     char text[32];
@@ -61,12 +67,20 @@ class Check {
     std::string errors_;
 };
 
+// Its friction with the floor must not turn a sliding box over.
+void check_box_slides(Check& check, const swe_scene_config& c) {
+    const double highest = std::min(c.box.size[0], c.box.size[1]) / c.physics.box_friction;
+    if (c.physics.box_friction > 0 && c.box.size[2] > highest)
+        check.fail("box.size: expected a box that slides before it tips, at most " + number(highest) +
+                   " m high (its shorter side over physics.box_friction), got " + number(c.box.size[2]) + " m");
+}
+
 void check_world(Check& check, const swe_scene_config& c) {
     check.range("arena.size", c.arena.size, 0.2, 100, "m");
     check.range("arena.wall_height", c.arena.wall_height, 0.005, 1, "m");
     check.choice("arena.target_wall", c.arena.target_wall, SWE_TARGET_WALL_WEST);
 
-    check.ranges("box.size", c.box.size, 0.01, 10, "m");
+    if (check.ranges("box.size", c.box.size, 0.01, 10, "m")) check_box_slides(check, c);
     check.range("box.mass", c.box.mass, 0.001, 1000, "kg");
     check.ranges("box.pose", c.box.pose, -100, 100, "");
     check.ranges("box.velocity", c.box.velocity, -10, 10, "");
@@ -80,27 +94,63 @@ void check_world(Check& check, const swe_scene_config& c) {
     check.choice("emitter.reach", c.emitter.reach, SWE_REACH_ARENA);
 }
 
-void check_robot(Check& check, const swe_robot_config& r) {
+// Wheels and casters lie within the body's disc.
+void check_robot_shape(Check& check, const swe_robot_config& r) {
+    const double largest_wheel = std::min(r.height / 2, r.radius);
+    if (r.wheel_radius > largest_wheel)
+        check.fail("robot.wheel_radius: expected at most half of robot.height and robot.radius (" +
+                   number(largest_wheel) + " m), got " + number(r.wheel_radius) + " m");
+    const double wheel = std::min(r.wheel_radius, r.radius);
+    const double longest_axle = 2 * std::sqrt(r.radius * r.radius - wheel * wheel);
+    if (r.wheel_radius <= largest_wheel && r.axle_length > longest_axle)
+        check.fail("robot.axle_length: expected wheels within the body, at most " + number(longest_axle) +
+                   " m apart by robot.radius and robot.wheel_radius, got " + number(r.axle_length) + " m");
+    if (r.caster_offset > r.radius)
+        check.fail("robot.caster_offset: expected at most robot.radius (" + number(r.radius) + " m), got " +
+                   number(r.caster_offset) + " m");
+    const double largest_clearance = kSteepestLean * r.caster_offset;
+    if (r.caster_clearance > largest_clearance)
+        check.fail("robot.caster_clearance: expected at most a tenth of robot.caster_offset (" +
+                   number(largest_clearance) + " m), for tilts are taken to be small, got " +
+                   number(r.caster_clearance) + " m");
+}
+
+// The robot stands on its wheels and a caster. Where the model keeps it level, skidding sideways must not turn it over;
+// forwards it cannot: what load goes to a caster is lost to the wheels.
+void check_centre_of_mass(Check& check, const swe_robot_config& r, const swe_physics_config& physics) {
+    const auto fail = [&](const std::string& expected, const std::string& advice) {
+        check.fail("robot.centre_of_mass: expected " + expected + ", got " + number(r.centre_of_mass) + " m" + advice);
+    };
+    const double standing = r.caster_offset * r.caster_offset / r.caster_clearance;
+    const double skidding = r.axle_length / 2 / physics.wheel_friction;
+    const double lowest = 2 * kWheelShare * r.wheel_radius;
+    if (r.centre_of_mass >= r.height)
+        fail("less than robot.height (" + number(r.height) + " m)", "");
+    else if (r.caster_clearance > 0 && r.centre_of_mass >= standing)
+        fail("less than " + number(standing) + " m, or the robot falls over its caster",
+             ": lower it, reduce robot.caster_clearance or enlarge robot.caster_offset");
+    else if (physics.drive == SWE_DRIVE_DRIVEN_CONTACTS && physics.wheel_friction > 0 && r.centre_of_mass > skidding)
+        fail("at most " + number(skidding) + " m, or the robot falls on its side as it skids",
+             ": lower it, reduce physics.wheel_friction or set physics.drive to articulated");
+    else if (physics.drive == SWE_DRIVE_ARTICULATED && r.centre_of_mass <= lowest)
+        fail("more than " + number(lowest) + " m, or the chassis's own centre lies below the floor",
+             ": raise it or reduce robot.wheel_radius");
+}
+
+void check_robot(Check& check, const swe_robot_config& r, const swe_physics_config& physics) {
     bool sized = check.range("robot.radius", r.radius, 0.005, 1, "m");
     sized &= check.range("robot.height", r.height, 0.005, 2, "m");
     check.range("robot.mass", r.mass, 0.001, 100, "kg");
     sized &= check.range("robot.centre_of_mass", r.centre_of_mass, 0.001, 1, "m");
-    check.range("robot.wheel_radius", r.wheel_radius, 0.001, 1, "m");
+    sized &= check.range("robot.wheel_radius", r.wheel_radius, 0.001, 1, "m");
     sized &= check.range("robot.axle_length", r.axle_length, 0.005, 2, "m");
     check.range("robot.top_speed", r.top_speed, 0.01, 1000, "rad/s");
     check.range("robot.motor_torque", r.motor_torque, 1e-6, 100, "N m");
     sized &= check.range("robot.caster_offset", r.caster_offset, 0.001, 1, "m");
-    check.range("robot.caster_clearance", r.caster_clearance, 0, 0.01, "m");
+    sized &= check.range("robot.caster_clearance", r.caster_clearance, 0, 0.01, "m");
     if (!sized) return;
-    if (r.centre_of_mass >= r.height)
-        check.fail("robot.centre_of_mass: expected less than robot.height (" + number(r.height) + " m), got " +
-                   number(r.centre_of_mass) + " m");
-    if (r.axle_length > 2 * r.radius)
-        check.fail("robot.axle_length: expected at most twice robot.radius (" + number(2 * r.radius) + " m), got " +
-                   number(r.axle_length) + " m");
-    if (r.caster_offset > r.radius)
-        check.fail("robot.caster_offset: expected at most robot.radius (" + number(r.radius) + " m), got " +
-                   number(r.caster_offset) + " m");
+    check_robot_shape(check, r);
+    check_centre_of_mass(check, r, physics);
 }
 
 void check_sensors(Check& check, const swe_sensors_config& s) {
@@ -124,6 +174,9 @@ void check_sensors(Check& check, const swe_sensors_config& s) {
     check.choice("sensors.touch_mode", s.touch_mode, SWE_TOUCH_MODE_FORCE);
 }
 
+// Above it three robots at a slant no longer push the box (docs/validation.md) [s].
+constexpr double kLongestArticulatedStep = 0.02;
+
 void check_physics(Check& check, const swe_scene_config& c) {
     check.range("noise.infrared", c.noise.infrared, 0, 1, "");
     check.range("noise.infrared_at_contact", c.noise.infrared_at_contact, 0, 1, "");
@@ -139,6 +192,10 @@ void check_physics(Check& check, const swe_scene_config& c) {
     check.range("physics.contact_cfm", c.physics.contact_cfm, 1e-9, 0.1, "s/kg");
 
     check.choice("physics.drive", c.physics.drive, SWE_DRIVE_ARTICULATED);
+    if (stepped && c.physics.drive == SWE_DRIVE_ARTICULATED && c.physics.time_step > kLongestArticulatedStep)
+        check.fail("physics.time_step: expected at most " + number(kLongestArticulatedStep) +
+                   " s with the articulated drive, which is true at small steps only, got " +
+                   number(c.physics.time_step) + " s: set 0.005");
 
     const bool lasting = check.range("episode.horizon", c.episode.horizon, 0.001, 1e5, "s");
     const bool periodic = check.range("episode.control_period", c.episode.control_period, 0.0005, 10, "s");
@@ -161,15 +218,26 @@ Pose half_extent(const swe_box_config& box) {
 void check_box_place(Check& check, const swe_scene_config& c) {
     const Pose half = half_extent(c.box);
     const double room_x = c.arena.size / 2 - half.x, room_y = c.arena.size / 2 - half.y;
-    if (std::abs(c.box.pose[0]) > room_x || std::abs(c.box.pose[1]) > room_y)
+    if (std::min(room_x, room_y) < 0)
+        check.fail("box.size: expected a box that fits into the arena at its heading (" + number(c.arena.size) +
+                   " m), got one that takes " + number(2 * half.x) + " by " + number(2 * half.y) + " m");
+    else if (std::abs(c.box.pose[0]) > room_x || std::abs(c.box.pose[1]) > room_y)
         check.fail("box.pose: expected the box inside the arena (centre within +-" + number(room_x) + ", +-" +
                    number(room_y) + " m), got " + number(c.box.pose[0]) + ", " + number(c.box.pose[1]) + " m");
+}
+
+// Distance of a point from the box [m].
+double box_distance(const swe_scene_config& c, double x, double y) {
+    const double cosine = std::cos(c.box.pose[2]), sine = std::sin(c.box.pose[2]);
+    const double dx = x - c.box.pose[0], dy = y - c.box.pose[1];
+    return separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx, c.box.size[0] / 2,
+                                         c.box.size[1] / 2)
+        .distance;
 }
 
 // A robot disturbed as far as the jitter allows must still stand free of walls, box and neighbours.
 void check_start_poses(Check& check, const swe_scene_config& c) {
     const double jitter = std::sqrt(2.0) * c.team.start_jitter[0], room = c.arena.size / 2 - c.robot.radius;
-    const double cosine = std::cos(c.box.pose[2]), sine = std::sin(c.box.pose[2]);
     for (unsigned i = 0; i < c.team.robots; ++i) {
         const double* pose = c.team.start_poses + 3 * i;
         const std::string name = "team.start_poses[" + std::to_string(i) + "]";
@@ -181,12 +249,10 @@ void check_start_poses(Check& check, const swe_scene_config& c) {
         if (std::max(std::abs(pose[0]), std::abs(pose[1])) + c.team.start_jitter[0] > room)
             check.fail(name + ": expected the robot inside the arena with its jitter (within +-" +
                        number(room - c.team.start_jitter[0]) + " m), got " + at);
-        const double dx = pose[0] - c.box.pose[0], dy = pose[1] - c.box.pose[1];
-        const Separation box = separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
-                                                             c.box.size[0] / 2, c.box.size[1] / 2);
-        if (box.distance < c.robot.radius + jitter)
+        const double to_box = box_distance(c, pose[0], pose[1]);
+        if (to_box < c.robot.radius + jitter)
             check.fail(name + ": expected the robot clear of the box with its jitter (" +
-                       number(c.robot.radius + jitter) + " m from it), got " + number(box.distance) + " m");
+                       number(c.robot.radius + jitter) + " m from it), got " + number(to_box) + " m");
         for (unsigned j = 0; j < i; ++j) {
             const double* other = c.team.start_poses + 3 * j;
             const double distance = std::hypot(pose[0] - other[0], pose[1] - other[1]);
@@ -198,6 +264,18 @@ void check_start_poses(Check& check, const swe_scene_config& c) {
     }
 }
 
+// Share of the start region in which a robot's centre is clear of the box, by a grid of points.
+double free_share(const swe_scene_config& c) {
+    constexpr int kPoints = 128;  // in either direction
+    const double* region = c.team.start_region;
+    const double dx = (region[1] - region[0]) / kPoints, dy = (region[3] - region[2]) / kPoints;
+    int free = 0;
+    for (int i = 0; i < kPoints; ++i)
+        for (int j = 0; j < kPoints; ++j)
+            free += box_distance(c, region[0] + (i + 0.5) * dx, region[2] + (j + 0.5) * dy) > c.robot.radius;
+    return free / static_cast<double>(kPoints * kPoints);
+}
+
 void check_start_region(Check& check, const swe_scene_config& c) {
     const double room = c.arena.size / 2 - c.robot.radius;
     const double* region = c.team.start_region;
@@ -207,11 +285,15 @@ void check_start_region(Check& check, const swe_scene_config& c) {
                    number(region[1]) + ", " + number(region[2]) + ", " + number(region[3]));
         return;
     }
-    const double area = (region[1] - region[0]) * (region[3] - region[2]) - c.box.size[0] * c.box.size[1];
-    const double discs = c.team.robots * kPi * c.robot.radius * c.robot.radius;
-    if (discs > kDensestRandomStart * area)
-        check.fail("team.start_region: expected room for " + std::to_string(c.team.robots) +
-                   " robots (at most 35 % of the floor beside the box), got " + number(area) + " m^2");
+    const double area = (region[1] - region[0]) * (region[3] - region[2]), share = free_share(c);
+    const double disc = kPi * c.robot.radius * c.robot.radius;
+    // Each of the others keeps a centre at two radii from its own: four discs at most.
+    const bool always_leaves_room = share * area - (c.team.robots - 1) * 4 * disc >= kLeastLeftShare * area;
+    const bool is_sparse = share >= kLeastFreeShare && c.team.robots * disc <= kDensestRandomStart * share * area;
+    if (!always_leaves_room && !is_sparse)
+        check.fail("team.start_region: expected a place for each of " + std::to_string(c.team.robots) +
+                   " robots, clear of the box and of each other, got " + number(share * area) +
+                   " m^2 for their centres: enlarge it or move it away from the box");
 }
 
 void check_team(Check& check, const swe_scene_config& c, bool world_is_sound) {
@@ -225,6 +307,11 @@ void check_team(Check& check, const swe_scene_config& c, bool world_is_sound) {
         return;
     }
     if (!sound || !world_is_sound) return;
+    if (c.robot.radius > c.arena.size / 2) {
+        check.fail("robot.radius: expected at most half of arena.size (" + number(c.arena.size / 2) + " m), got " +
+                   number(c.robot.radius) + " m");
+        return;
+    }
     check_box_place(check, c);
     if (t.start == SWE_START_POSES) check_start_poses(check, c);
     if (t.start == SWE_START_RANDOM) check_start_region(check, c);
@@ -237,7 +324,7 @@ const swe_scene_config& checked(const swe_scene_config& c) {
                                               std::to_string(sizeof(swe_scene_config)) + ", got " +
                                               std::to_string(c.struct_size) + ": library and caller differ in version");
     check_world(check, c);
-    check_robot(check, c.robot);
+    check_robot(check, c.robot, c.physics);
     check_sensors(check, c.sensors);
     check_physics(check, c);
     check_team(check, c, check.passed());

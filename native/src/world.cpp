@@ -4,7 +4,8 @@
 // a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
 //
 // Model
-//   - Floor: each wheel touches below its hub, a caster at its tip (world_drive.cpp), the box at its four corners.
+//   - Floor: each wheel touches below its hub, a caster at its tip (world_articulated.cpp), the box at its four
+//   corners.
 //     With driven contacts all stays level and loads are the shares of the weight: what ODE's friction, which takes its
 //     limits from the normal forces that hold without it, makes of them in any case. Half of the solver's rows go.
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
@@ -32,6 +33,8 @@ namespace {
 constexpr double kLargestCorrection = 0.1;
 // A body slower than this is at rest [m/s], [rad/s].
 constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4;
+// A body slower than this stops [m/s], [rad/s]: friction would halve its speed for ever, until it cannot be divided by.
+constexpr double kLeastSpeed = 1e-15;
 // Below this speed friction on the box acts along its edges, above along its motion [m/s].
 constexpr double kSlidingSpeed = 1e-3;
 // How often a step is halved at most where ODE's solver stalls.
@@ -40,6 +43,8 @@ constexpr int kDeepestHalving = 4;
 constexpr double kBlow = 2.5e-4, kShortestCut = 1e-3, kHair = 2e-5;
 // Collisions in one step that are treated so.
 constexpr int kMostCuts = 4;
+// Farthest that a body that was thrown moves in one piece of a step [m]: contacts are those of the piece's beginning.
+constexpr double kThrownWay = 1e-3, kMostPieces = 1e4;
 constexpr int kWalls = 4, kBoxCorners = 4;
 
 // Potential above rest and kinetic energy [J].
@@ -285,6 +290,14 @@ struct World::Impl {
         return rest;
     }
 
+    static void stop_if_still(dBodyID body) {
+        const dReal *v = dBodyGetLinearVel(body), *w = dBodyGetAngularVel(body);
+        if (std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]) > kLeastSpeed) return;
+        if (std::abs(w[0]) + std::abs(w[1]) + std::abs(w[2]) > kLeastSpeed) return;
+        dBodySetLinearVel(body, 0, 0, 0);
+        dBodySetAngularVel(body, 0, 0, 0);
+    }
+
     static void set_enabled(dBodyID body, bool enabled) {
         if (enabled)
             dBodyEnable(body);
@@ -298,10 +311,34 @@ struct World::Impl {
 
     // ---- the step ----
 
+    // Of any body's points [m/s].
+    double fastest_motion() const {
+        const auto speed = [](dBodyID body) {
+            const dReal* v = dBodyGetLinearVel(body);
+            return std::hypot(v[0], v[1]);
+        };
+        const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
+        double fastest = speed(box) + std::abs(dBodyGetAngularVel(box)[2]) * half_diagonal;
+        for (const Robot& robot : robots) fastest = std::max(fastest, speed(robot.drive->body()));
+        return fastest;
+    }
+
+    // Bodies faster than wheels can make them were thrown: what they hit is soon as fast, and may meet a third before
+    // the step is over. So it is taken in short pieces.
+    void step() {
+        const double driven = 2 * rim_speed(scene.robot, 1, scene.noise.wheels);
+        double rest = scene.physics.time_step;
+        for (double pieces = 0; pieces != 1; rest -= rest / pieces) {
+            const double speed = fastest_motion();
+            pieces = speed > driven ? std::clamp(std::ceil(rest * speed / kThrownWay), 1.0, kMostPieces) : 1;
+            advance(rest / pieces);
+        }
+        note_extremes();
+    }
+
     // A step in which bodies collide is cut there: up to the collision, the blow itself, and the rest. In one piece,
     // friction would act before the blow as it does after it.
-    void step() {
-        double rest = scene.physics.time_step;
+    void advance(double rest) {
         for (int cut = 0; cut < kMostCuts && rest > kShortestCut; ++cut) {
             add_all_contacts(rest, false);
             const double collision = average.first_collision();
@@ -313,7 +350,6 @@ struct World::Impl {
             rest -= run_up + kBlow;
         }
         solve(rest);
-        note_extremes();
     }
 
     // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP internal error"):
@@ -322,14 +358,19 @@ struct World::Impl {
     void solve(double time_step, int depth = 0) {
         std::vector<BodyState> before;
         for (const dBodyID body : bodies) before.push_back(state_of(body));
+        const auto take_back = [&] {
+            for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
+        };
         for (const bool soft : {false, true}) {
-            if (soft || prepared != time_step) add_all_contacts(time_step, soft);
-            prepared = 0;
-            const unsigned warnings = nothing_to_solve() ? 0 : ode.step(time_step);
+            unsigned warnings = attempt(time_step, soft);
+            while (warnings == 0 && !slips_as_assumed()) {
+                take_back();
+                warnings = attempt(time_step, soft);
+            }
             messages += warnings;
             if (warnings == 0) return finish(time_step);
             if (soft && depth == kDeepestHalving) break;
-            for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
+            take_back();
         }
         if (depth == kDeepestHalving) {
             ++unsolved;
@@ -339,9 +380,23 @@ struct World::Impl {
         solve(time_step / 2, depth + 1);
     }
 
+    // Returns the warnings of ODE's solver.
+    unsigned attempt(double time_step, bool soft) {
+        if (soft || prepared != time_step) add_all_contacts(time_step, soft);
+        prepared = 0;
+        return nothing_to_solve() ? 0 : ode.step(time_step);
+    }
+
+    bool slips_as_assumed() {
+        bool holds = true;
+        for (const Robot& robot : robots) holds &= robot.drive->slips_as_assumed();
+        return holds;
+    }
+
     void finish(double time_step) {
         // The reference model runs at steps that need no correction.
         if (is_level) average.apply();
+        for (const dBodyID body : bodies) stop_if_still(body);
         for (Robot& robot : robots) {
             if (robot.coasts) robot.drive->coast(time_step);
             robot.drive->finish(time_step);

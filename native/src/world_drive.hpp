@@ -1,32 +1,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a robot is built and driven inside ODE. Two models of the same robot:
 //
-//   DrivenContacts  one rigid body that stays level, half its weight on each wheel. Each wheel is a contact whose
-//   surface
-//                   runs backwards at its rim's speed.
-//   Articulated     the reference, free in all three dimensions: a chassis on casters and two wheel bodies on hinges
-//   with
-//                   torque-limited velocity motors. Slower by the bodies, contacts and joints that it adds, and true
-//                   only at small time steps.
+//   driven contacts  One rigid body that stays level; what its wheels carry follows from statics. Each wheel is a
+//   contact
+//                    whose surface runs backwards at its rim's speed.
+//   articulated      The reference, free in three dimensions: a chassis on casters and two wheel bodies on hinges with
+//                    torque-limited velocity motors. Slower by the bodies, contacts and joints that it adds, and true
+//                    at small time steps only.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
+#include "world_grip.hpp"
 #include "world_ode.hpp"
 
 namespace swarmevo {
 
 class Drive {
   public:
+    explicit Drive(const Scene& scene)
+        : scene_(scene), grips_{Grip(scene.physics.time_step), Grip(scene.physics.time_step)} {}
     virtual ~Drive() = default;
+    Drive(const Drive&) = delete;
+    Drive& operator=(const Drive&) = delete;
 
     // Holds until set anew; rim speeds in [m/s].
-    virtual void set_rim_speeds(double left, double right) = 0;
+    virtual void set_rim_speeds(double left_speed, double right_speed) { rim_speeds_ = {left_speed, right_speed}; }
 
     // Contacts of wheels and casters with the floor in a step of this length [s]. `is_free`: nothing else touches the
     // robot in it.
     virtual void add_floor_contacts(Contacts& contacts, double time_step, bool is_free) = 0;
+
+    // Wheels that slip may be given their friction as a force, for a solver with fewer rows. Did all of them go on
+    // slipping as they did? If not, the step is to be taken back; their friction is then solved for until finish().
+    virtual bool slips_as_assumed() = 0;
 
     // Where its wheels want to take it, on the floor [m/s].
     virtual Vector intended_velocity() const = 0;
@@ -45,8 +54,14 @@ class Drive {
     dBodyID body() const { return bodies_.front(); }
 
   protected:
+    const Scene& scene_;
     std::vector<dBodyID> bodies_;
+    std::array<double, 2> rim_speeds_{};
+    std::array<Grip, 2> grips_;  // of the wheels
 };
+
+std::unique_ptr<Drive> create_driven_contacts(const Scene& scene, dWorldID world, const Pose& start);
+std::unique_ptr<Drive> create_articulated(const Scene& scene, dWorldID world, const Pose& start);
 
 // Robot of scene.physics.drive's kind, at rest.
 std::unique_ptr<Drive> create_drive(const Scene& scene, dWorldID world, const Pose& start);
