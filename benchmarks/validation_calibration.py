@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """At least three robots: how many it takes to move the box, against friction, time step and drive.
 
-The force balance is ``n F > mu_box M g`` with a robot's traction ``F = mu_wheel m g / (1 + mu_wheel h / a)``: friction at
-the floor, a height ``h`` below the push and the centre of mass, lays ``F h / a`` of the weight on a caster, ``a`` from
-the axle.
+The force balance is ``n F > mu_box M g`` with a robot's traction ``F = mu_wheel m g / (1 + mu_wheel h / a)``: friction
+at the floor, a height ``h`` below the push and the centre of mass, lays ``F h / a`` of the weight on a caster, ``a``
+from the axle.
 """
 
 from __future__ import annotations
@@ -296,7 +296,8 @@ by bisection to 0.005, and the default's distance from its ends:
 {table(["drive", "time step [ms]", "from", "to", "margin below", "margin above"], rows)}
 Common to all: {low:.3f} to {high:.3f}. The default {ratio:g} keeps {100 * least:.0f} % from either end at every time
 step that it is allowed and with both drives (asked: {100 * MARGIN:.0f} %: **{_yes(least >= MARGIN)}**). The lower end
-lies a little above the force balance because near it two robots' arrival alone shoves the box by millimetres before friction stops it.
+lies a little above the force balance because near it two robots' arrival alone shoves the box by millimetres before
+friction stops it.
 
 ![Way of the box against the friction ratio](validation/calibration.png)
 """
@@ -315,7 +316,7 @@ def _slant_table(settings: Settings) -> str:
 
 {table(head, rows)}
 Two robots at a slant leave the box where it is: **{_yes(max(two) < millimetres(STILL))}**. (Wheels that slip follow
-Coulomb's circle, see `Grip` in `native/src/world_drive.cpp`. ODE alone limits the friction along and across the rolling
+Coulomb's circle, see `native/src/world_grip.hpp`. ODE alone limits the friction along and across the rolling
 direction separately: a robot at a slant would pull 1.4 times as hard, and two would shift the box.)
 """
 
