@@ -161,7 +161,7 @@ def history(store: Store, trial: int) -> list[Step]:
 
 def hypervolume(objectives: Sequence[Objective], points: FloatArray) -> float:
     """Return the volume that ``points`` ``(n, m)`` dominate, against the worse end of each objective's range."""
-    reference = [o.range[0] if o.direction == "maximise" else o.range[1] for o in objectives]
+    reference = [objective.worst for objective in objectives]
     return float(moocore.hypervolume(points, ref=reference, maximise=_maximised(objectives)))
 
 

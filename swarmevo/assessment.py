@@ -5,7 +5,8 @@ Every controller on the front of every trial is tested in episodes that evolutio
 generation ``GENERATION``, which no run reaches. All controllers of a trial meet the same noise. Who tests a run twice
 gets the same bits twice.
 
-The result is a file of its own in the run folder, ``table_ii.json``; a later test replaces it.
+The result is a file of its own in the run folder, ``table_ii.json``; a later test replaces it. Tests in another world
+than that of evolution have no file there.
 """
 
 from __future__ import annotations
@@ -13,14 +14,14 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pydantic
 
-from swarmevo import analysis, config, plugins, simulator
+from swarmevo import analysis, other_world, plugins, simulator
 from swarmevo.census import LABELS, census
 from swarmevo.config import Config
 from swarmevo.evaluation import Evaluation, EvaluationError, Evaluator, Interrupted, never
@@ -125,6 +126,8 @@ class Assessment:
     """Over all controllers."""
     robustness: list[Condition]
     """The undisturbed world first; empty if it was not asked for."""
+    changes: list[str] = field(default_factory=list)
+    """What the tests' world has other than that of evolution, key by key."""
 
     def is_stale(self, store: Store) -> bool:
         """Whether the run has gone on since."""
@@ -146,6 +149,7 @@ def assess(
     workers: int = 0,
     observe: Observe = lambda done, total: None,
     stop: Callable[[], bool] = never,
+    overrides: Sequence[str] = (),
 ) -> Assessment:
     """Test every controller on the front of every trial.
 
@@ -157,25 +161,29 @@ def assess(
         workers: Episodes at once; 0: one for each processor.
         observe: Told about the progress.
         stop: Asked now and then; when true, the tests end.
+        overrides: Of the world, ``section.key=value`` (:func:`swarmevo.other_world.load`).
 
     Raises:
+        ConfigError: An override is refused, or a size: each robot has a genome of its own.
         EvaluationError: A plugin or an episode failed.
         Interrupted: ``stop`` said so.
         SimulatorError: The world does not take teams of such a size.
         StoreError: The run has no generation yet.
     """
-    settings = _tested_config(store, repeats)
+    settings = _tested_config(store, repeats, overrides)
+    changes = other_world.changes(store, settings)
     bench = _Bench(store, workers, observe, stop)
-    teams = {robots: _team(settings, robots) for robots in dict.fromkeys((*sizes, store.robots))}
+    teams = {robots: other_world.of_size(settings, robots) for robots in dict.fromkeys((*sizes, store.robots))}
     worlds = _worlds(settings) if robustness else {}
     bench.plan(repeats * (len(teams) + len(worlds) + 1))  # and once more for the census
 
     results = {robots: bench.evaluate(team) for robots, team in teams.items()}
     conditions = [
-        Condition(name, changes, _pooled(store.robots, bench.evaluate(world)))
-        for name, (changes, world) in worlds.items()
+        Condition(name, disturbance, _pooled(store.robots, bench.evaluate(world)))
+        for name, (disturbance, world) in worlds.items()
     ]
-    undisturbed = Condition("as evolved", "none", _pooled(store.robots, results[store.robots]))
+    world = "as set" if changes else "as evolved"
+    undisturbed = Condition(world, "none", _pooled(store.robots, results[store.robots]))
     behaviours = bench.census(settings)
     return Assessment(
         format=FORMAT,
@@ -187,11 +195,12 @@ def assess(
         controllers=_controllers(store, bench.fronts, {k: results[k] for k in sizes}, results, behaviours),
         behaviours=_mean_shares([shares for trial in behaviours.values() for shares in trial]),
         robustness=[undisturbed, *conditions] if robustness else [],
+        changes=changes,
     )
 
 
-def _tested_config(store: Store, repeats: int) -> Config:
-    return _changed(config.load(store.config_path), "evolution", repeats=repeats)
+def _tested_config(store: Store, repeats: int, overrides: Sequence[str] = ()) -> Config:
+    return _changed(other_world.load(store, overrides), "evolution", repeats=repeats)
 
 
 class _Bench:
@@ -216,7 +225,7 @@ class _Bench:
         results = {}
         with Evaluator(settings, self._workers) as evaluator:
             for trial, genomes in self._genomes.items():
-                team = _first_robots(settings, genomes, self._evolved_robots)
+                team = other_world.first_robots(settings, genomes, self._evolved_robots)
                 results[trial] = evaluator.evaluate(team, trial, GENERATION, self._stop)
                 self._note(len(genomes) * settings.evolution.repeats)
         return results
@@ -303,29 +312,12 @@ def _mean_shares(shares: Sequence[dict[str, float]]) -> dict[str, float]:
     return {label: float(np.mean([share[label] for share in shares])) for label in LABELS}
 
 
-# ---- other teams, other worlds ---------------------------------------------------------------------------------------
+# ---- other worlds ----------------------------------------------------------------------------------------------------
 
 
 def _changed(settings: Config, section: str, **values: Any) -> Config:
     changed = getattr(settings, section).model_copy(update=values)
     return settings.model_copy(update={section: changed})
-
-
-def _team(settings: Config, robots: int) -> Config:
-    """Return the configuration with a team of another size; it stands in the same row, or on the first poses."""
-    if settings.team.genomes == "individual" and robots > settings.team.robots:
-        raise simulator.InvalidArgument(
-            f"robots: expected at most {settings.team.robots}, for each robot has a genome of its own; got {robots}"
-        )
-    poses = settings.team.start_poses[:robots]
-    return _changed(settings, "team", robots=robots, start_poses=poses)
-
-
-def _first_robots(settings: Config, genomes: FloatArray, evolved_robots: int) -> FloatArray:
-    """Return of each genome what the team needs: where each robot has its own, those of the first robots."""
-    if settings.team.genomes == "shared":
-        return genomes
-    return genomes[:, : genomes.shape[1] // evolved_robots * settings.team.robots]
 
 
 def _worlds(settings: Config) -> dict[str, tuple[str, Config]]:
@@ -461,9 +453,16 @@ def as_json(assessment: Assessment) -> str:
 def save(assessment: Assessment, folder: Path) -> Path:
     """Write an assessment into its run's folder, in place of an older one; return the file.
 
+    Args:
+        assessment: In the run's own world.
+        folder: Of the run.
+
     Raises:
         StoreError: It cannot be written.
+        ValueError: It is of another world.
     """
+    if assessment.changes:
+        raise ValueError(f"assessment: expected one in the run's own world, got {', '.join(assessment.changes)}")
     file = folder / FILE
     unfinished = file.with_suffix(".tmp")
     try:

@@ -32,6 +32,9 @@ FAILED = 1
 USAGE = 2
 INTERRUPTED = 130
 
+_LARGEST_TEAM = 64
+_SIDE_BY_SIDE = 8  # replays in a page
+
 app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,  # plain help needs no rich, whose import alone would take half of the time there is
@@ -45,6 +48,10 @@ Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", exists
 Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Of a Dask cluster to run on, such as tcp://host:8786.", show_default=False),
+]
+OtherWorld = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="In another world than that of the run."),
 ]
 Workers = Annotated[str, typer.Option(metavar="auto|N", help="Episodes at once; auto: one for each core.")]
 
@@ -204,9 +211,10 @@ def _run_name(source: str | None, config: Config) -> str:
 
 
 def _forecast(config: Config, workers: int) -> None:
-    from swarmevo import analysis, console
+    from swarmevo import analysis, console, evolution
     from swarmevo.evaluation import Evaluator
 
+    evolution.rehearse(config)
     with Evaluator(config, workers) as evaluator:
         console.show_forecast(analysis.forecast(config, evaluator, workers))
 
@@ -371,9 +379,10 @@ def _write_export(store: Store, stream: TextIO, text: str, as_csv: bool) -> None
 @app.command("test")
 def assess(
     run: Run,
-    robots: Annotated[str, typer.Option(metavar="A-B|N", help="Team sizes: rows of the table.")] = "1-5",
+    robots: Annotated[str, typer.Option(metavar="N|N-M", help="Team sizes: rows of the table.")] = "1-5",
     repeats: Annotated[int, typer.Option(metavar="N", min=1, max=65535, help="Tests of each controller.")] = 5,
     robustness: Annotated[bool, typer.Option("--robustness", help="Also with other noise and other starts.")] = False,
+    settings: OtherWorld = None,
     workers: Workers = "auto",
     as_json: Annotated[bool, typer.Option("--json", help="Everything, as JSON.")] = False,
 ) -> None:
@@ -386,24 +395,26 @@ def assess(
     with Store.open(run) as store:
         try:
             with _StopOnSignal() as stop, console.tests() as observe:
-                found = assessment.assess(store, sizes, repeats, robustness, count, observe, stop)
+                found = assessment.assess(store, sizes, repeats, robustness, count, observe, stop, settings or [])
         except (Interrupted, KeyboardInterrupt):
             print("interrupted; nothing was stored", file=sys.stderr)
             raise SystemExit(INTERRUPTED) from None
-    file = assessment.save(found, run)
+    fate = "not stored, being of another world" if found.changes else f"stored in {assessment.save(found, run)}"
     if as_json:
         print(assessment.as_json(found))
     else:
         console.show_assessment(found)
-    print(f"stored in {file}", file=sys.stderr)
+    print(fate, file=sys.stderr)
 
 
-def _team_sizes(text: str) -> range:
+def _team_sizes(text: str, most: int = _LARGEST_TEAM) -> list[int]:
+    """Return the sizes that ``3`` or ``1-5`` names, at most so many."""
     match = re.fullmatch(r"([1-9]\d?)(?:-([1-9]\d?))?", text)
-    first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
-    if not first <= last <= 64:
-        _exit(USAGE, f"--robots: expected a team size from 1 to 64, or two of them as in 1-5, got {text!r}")
-    return range(first, last + 1)
+    sizes = list(range(int(match[1]), int(match[2] or match[1]) + 1)) if match else []
+    if not sizes or sizes[-1] > _LARGEST_TEAM or len(sizes) > most:
+        limit = f"up to {most} sizes" if most < _LARGEST_TEAM else "several"
+        _exit(USAGE, f"--robots: expected a team size from 1 to {_LARGEST_TEAM}, or {limit} as in 1-5, got {text!r}")
+    return sizes
 
 
 @app.command()
@@ -440,21 +451,25 @@ def replay(
     generation: Annotated[int | None, typer.Option(metavar="N", help="Of the episode; else the last one.")] = None,
     repeat: Annotated[int, typer.Option(metavar="N", help="Of the episode.")] = 0,
     robots: Annotated[str | None, typer.Option(metavar="N|N-M", help="Teams of these sizes, side by side.")] = None,
+    settings: OtherWorld = None,
     speed: Annotated[float, typer.Option(metavar="X", help="Of the video: times real time.", min=0.1, max=100)] = 8.0,
     seconds: Annotated[str | None, typer.Option(metavar="FROM-TO", help="Of the episode, in the video.")] = None,
     port: Annotated[int, typer.Option(metavar="N", help="To serve on; 0: any.", min=0, max=65535)] = 8000,
     force: Annotated[bool, typer.Option("--force", help="Show a trajectory other than the stored one too.")] = False,
 ) -> None:
     """Simulate an individual's stored episode once more and show it in 3-D."""
+    from swarmevo import other_world
     from swarmevo import replay as replays
     from swarmevo.store import Store
 
     folder, genome = _run_and_individual(run)
-    sizes, span = _robots(robots), _seconds(seconds)
+    sizes = [] if robots is None else _team_sizes(robots, _SIDE_BY_SIDE)
+    span = _seconds(seconds)
     if live:
         with Store.open(folder) as store:
             replays.choose(store, genome)  # else the page alone would say that there is none
-        _serve(replays.render([], f"{folder.name}, live", live=True), port, folder, genome)
+            other_world.load(store, settings or [])
+        _serve(replays.render([], f"{folder.name}, live", live=True), port, folder, genome, settings or [])
         return
     if video:
         from swarmevo import replay_video
@@ -462,12 +477,13 @@ def replay(
         replay_video.check(video)
     with Store.open(folder) as store:
         chosen = replays.choose(store, genome, generation, repeat)
-        episodes, warning = replays.episodes(store, chosen, sizes, force)
+        episodes, warning = replays.episodes(store, chosen, sizes, force, settings or [])
     if warning:
         print(f"warning: {warning}", file=sys.stderr)
     page = replays.render(episodes, f"{folder.name}, individual {chosen.genome}")
     if html or not (video or serve):
-        _write_page(html or folder / f"replay-{chosen.genome}.html", page)
+        name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
+        _write_page(html or folder / name, page)
     if video:
         _film(video, page, speed, span or (0.0, episodes[0]["horizon"]))
     if serve:
@@ -479,16 +495,6 @@ def _run_and_individual(text: str) -> tuple[Path, int | None]:
     if not Path(text).is_dir() and re.fullmatch("[0-9]{1,18}", individual):
         return Path(folder), int(individual)
     return Path(text), None
-
-
-def _robots(text: str | None) -> list[int]:
-    if text is None:
-        return []
-    match = re.fullmatch(r"([1-9]\d?)(?:-([1-9]\d?))?", text)
-    sizes = list(range(int(match[1]), int(match[2] or match[1]) + 1)) if match else []
-    if not sizes or sizes[-1] > 64 or len(sizes) > 8:
-        _exit(USAGE, f"--robots: expected a number from 1 to 64, or up to 8 sizes such as 1-5, got {text!r}")
-    return sizes
 
 
 def _seconds(text: str | None) -> tuple[float, float] | None:
@@ -517,13 +523,15 @@ def _film(file: Path, page: str, speed: float, span: tuple[float, float]) -> Non
     print(file)
 
 
-def _serve(page: str, port: int, folder: Path | None = None, genome: int | None = None) -> None:
+def _serve(
+    page: str, port: int, folder: Path | None = None, genome: int | None = None, settings: Sequence[str] = ()
+) -> None:
     """Serve a page, and, of a run's folder, live episodes, until Ctrl-C."""
     import contextlib
 
     from swarmevo import replay_server
 
-    episode = replay_server.live_episodes(folder, genome) if folder else None
+    episode = replay_server.live_episodes(folder, genome, settings) if folder else None
     with replay_server.server(page, port, episode) as server:
         print(replay_server.hint(server.server_port), file=sys.stderr)
         with contextlib.suppress(KeyboardInterrupt):
@@ -561,5 +569,5 @@ def doctor() -> None:
 
     findings = examine()
     console.show_findings(findings)
-    if any(finding.advice for finding in findings):
+    if any(finding.advice and finding.is_fault for finding in findings):
         raise SystemExit(FAILED)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Where one machine ends: jobs on a Dask cluster. Needs ``pip install 'swarmevo[dask]'``.
 
-A task is a job: plain data, which :func:`swarmevo.evaluation.run_job` turns into the same bits anywhere. A worker runs
+A task is a job: plain data, which :func:`swarmevo.jobs.run_job` turns into the same bits anywhere. A worker runs
 as many as it has threads, each of which simulates with the interpreter lock released. Before it runs anything it
 compares its versions with the driver's, so that a worker with another library is refused and does no harm.
 
@@ -22,8 +22,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from swarmevo import __version__, plugins, simulator
+from swarmevo.checked_plugins import EvaluationError, Interrupted, one_line
 from swarmevo.config import Config
-from swarmevo.evaluation import EvaluationError, Interrupted, Job, JobResult, one_line, run_job
+from swarmevo.jobs import Job, JobResult, run_job
 from swarmevo.plugins import PluginError
 from swarmevo.provenance import cpu
 from swarmevo.simulator import SimulatorError
@@ -78,7 +79,7 @@ def run_task(job: Job, config_json: str, expected: Identity) -> JobResult:
 
     Raises:
         ClusterError: The worker is not what the driver is.
-        EvaluationError, PluginError: As :func:`swarmevo.evaluation.run_job`.
+        EvaluationError, PluginError: As :func:`swarmevo.jobs.run_job`.
     """
     found = identity(config_json)
     wrong = [

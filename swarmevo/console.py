@@ -116,15 +116,11 @@ def show_run(summary: Summary) -> None:
         for trial in summary.trials:
             _show_front(out, f"Front of trial {trial.trial}", summary.objectives, trial.front)
     _show_front(out, "Front over all trials", summary.objectives, summary.front)
-    reference = ", ".join(f"{o.name} {_worse_end(o):g}" for o in summary.objectives)
+    reference = ", ".join(f"{o.name} {o.worst:g}" for o in summary.objectives)
     out.print(f"\nHypervolume per generation, against {reference}")
     for trial in summary.trials:
         _show_history(out, trial.trial, trial.history, summary.generations_planned)
     _show_cost(out, summary.cost)
-
-
-def _worse_end(objective: Objective) -> float:
-    return objective.range[0] if objective.direction == "maximise" else objective.range[1]
 
 
 def _show_front(out: Console, title: str, objectives: Sequence[Objective], front: Sequence[FrontPoint]) -> None:
@@ -216,6 +212,8 @@ def show_assessment(found: Assessment) -> None:
         f"{len(found.controllers)} controllers of all trials' fronts, {found.repeats} tests each on fresh seeds. "
         "Rates are over robots or tests, times means over those that succeeded; (in brackets: the paper)"
     )
+    if found.changes:
+        out.print(f"In another world than that of evolution: {', '.join(found.changes)}")
     paper = {row.robots: row for row in PAPER}
     heads = ("robots", "homing", "", "any", "all", "time", "", "pushing", "", "time", "")
     table = _table(*heads, right=True)
@@ -326,7 +324,8 @@ def show_findings(findings: Iterable[Finding]) -> None:
     """Print what the doctor found."""
     out = _stdout()
     for finding in findings:
-        out.print(f"{'FAIL' if finding.advice else 'ok':4}  {finding.subject}: {finding.text}")
+        verdict = ("FAIL" if finding.is_fault else "warn") if finding.advice else "ok"
+        out.print(f"{verdict:4}  {finding.subject}: {finding.text}")
         if finding.advice:
             out.print(f"      what to do: {finding.advice}")
 

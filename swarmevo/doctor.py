@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from swarmevo import __version__, plugins
 from swarmevo.config import Config
@@ -23,6 +26,8 @@ class Finding:
     """What was found, one line."""
     advice: str = ""
     """What to do; "" if it is sound."""
+    is_fault: bool = True
+    """Whether it should not stay so, if it is not sound."""
 
 
 def examine() -> list[Finding]:
@@ -32,6 +37,7 @@ def examine() -> list[Finding]:
         Finding("Python", f"{platform.python_version()} on {platform.platform()}"),
         Finding("cores", f"{len(os.sched_getaffinity(0))} usable of {os.cpu_count()}"),
         _look("library", _library),
+        *_sources(Path(__file__).resolve().parents[1]),
         _look("ODE", _ode),
         _look("world", _world),
         *_plugins(),
@@ -49,6 +55,26 @@ def _library() -> str:
     from swarmevo import simulator
 
     return ", ".join(f"{key} {value}" for key, value in simulator.library_info().items())
+
+
+def _sources(checkout: Path) -> Iterator[Finding]:
+    """Compare the library with the sources beside it; say nothing where there are none, or no library."""
+    library = _look("library", _library)
+    if not (checkout / "native" / "src").is_dir() or library.advice:
+        return
+    match = re.search(r"sources ([0-9a-f]{16})", library.text)
+    built, found = match[1] if match else "older ones", sources_hash(checkout)
+    if built != found:
+        text = f"{checkout / 'native'} is {found}, the library was built from {built}"
+        yield Finding("sources", text, REINSTALL, is_fault=False)
+
+
+def sources_hash(checkout: Path) -> str:
+    """Return what CMakeLists.txt puts into the library's description: a hash of the sources that it is made of."""
+    patterns = ("native/src/*.cpp", "native/src/*.hpp", "native/include/*.h")
+    files = sorted(file.relative_to(checkout).as_posix() for pattern in patterns for file in checkout.glob(pattern))
+    lines = [f"{hashlib.sha256((checkout / file).read_bytes()).hexdigest()}  {file}\n" for file in files]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()[:16]
 
 
 def _ode() -> str:

@@ -20,22 +20,23 @@ import numpy as np
 
 from swarmevo import config as configuration
 from swarmevo import plugins
+from swarmevo.checked_plugins import one_line, plugin_title
 from swarmevo.config import Config, ConfigError
 from swarmevo.evaluation import (
     Backend,
     Evaluation,
+    EvaluationError,
     Evaluator,
     JobResult,
     ThreadBackend,
     never,
-    one_line,
-    plugin_title,
     to_costs,
 )
 from swarmevo.plugins import PluginError
 from swarmevo.protocols import FloatArray, GenomeSpace, Objective, Optimiser
 from swarmevo.provenance import provenance
 from swarmevo.store import Generation, InFlight, Store, StoreError, encode_state
+from swarmevo.testing import random_genomes
 
 OPTIMISER_STREAM: Final = 0x0B7
 """Sets the optimiser's random numbers apart from the episodes'."""
@@ -78,13 +79,36 @@ def begin(folder: str | os.PathLike[str], config: Config) -> None:
         config: With a seed (``config.seeded``).
 
     Raises:
-        EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
+        ConfigError, EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
         StoreError: The folder exists or cannot be made.
     """
+    rehearse(config)
     with Evaluator(config, workers=1) as evaluator:
         _Guarded(config, evaluator, trial=0)
         text, origin = configuration.dump(config), origin_of(config, evaluator)
         Store.create(folder, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
+
+
+def rehearse(config: Config) -> None:
+    """Evaluate an individual once, to find what shows only then: plugins that do not fit together, say.
+
+    It has random weights and every switch on, so that it is as large as any that evolution can come upon. Nothing is
+    done where a failed episode is to be recorded, not to end the run (``evolution.on_fault: worst``).
+
+    Raises:
+        ConfigError: The evaluation failed.
+        EvaluationError, PluginError, SimulatorError: The plugins or the scene cannot be made.
+    """
+    if config.evolution.on_fault == "worst":
+        return
+    evolution = config.evolution.model_copy(update={"repeats": 1})
+    with Evaluator(config.model_copy(update={"evolution": evolution}), workers=1) as evaluator:
+        largest = random_genomes(evaluator.space, 1)
+        largest[:, evaluator.space.is_switch] = 1.0
+        try:
+            evaluator.evaluate(largest, trial=0, generation=0)
+        except EvaluationError as error:
+            raise ConfigError([f"{error} (found on trial, in an individual with every switch on)"]) from error
 
 
 def extend(store: Store, generations: str) -> int:
@@ -220,45 +244,20 @@ class _Run:
 
 def _in_flight(result: JobResult, repeats: int, seconds: float) -> InFlight:
     individual, repeat = np.divmod(result.places, repeats)
-    return InFlight(
-        individual=individual,
-        repeat=repeat,
-        objectives=result.objectives,
-        hash=result.hash,
-        push_time=result.push_time,
-        homing_time=result.homing_time,
-        ode_messages=result.ode_messages,
-        unsolved_steps=result.unsolved_steps,
-        seconds=seconds,
-    )
+    return InFlight(**result.results(), individual=individual, repeat=repeat, seconds=seconds)
 
 
 def _known(kept: InFlight, repeats: int) -> JobResult:
     return JobResult(
+        **kept.results(),
         places=kept.individual * repeats + kept.repeat,
-        objectives=kept.objectives,
-        hash=kept.hash,
-        push_time=kept.push_time,
-        homing_time=kept.homing_time,
-        ode_messages=kept.ode_messages,
-        unsolved_steps=kept.unsolved_steps,
         faults=("",) * len(kept.hash),
         seconds=kept.seconds,
     )
 
 
 def _record(genomes: FloatArray, evaluation: Evaluation, seconds: float) -> Generation:
-    return Generation(
-        genomes=genomes,
-        objectives=evaluation.objectives,
-        hash=evaluation.hash,
-        push_time=evaluation.push_time,
-        homing_time=evaluation.homing_time,
-        ode_messages=evaluation.ode_messages,
-        unsolved_steps=evaluation.unsolved_steps,
-        seconds=seconds,
-        faults=evaluation.faults,
-    )
+    return Generation(**evaluation.results(), genomes=genomes, faults=evaluation.faults, seconds=seconds)
 
 
 def _best(objectives: list[Objective], costs: FloatArray) -> dict[str, float]:

@@ -255,6 +255,11 @@ class Objective:
     direction: Literal["maximise", "minimise"]
     range: tuple[float, float]
 
+    @property
+    def worst(self) -> float:
+        """The worse end of the range."""
+        return self.range[0] if self.direction == "maximise" else self.range[1]
+
 
 @runtime_checkable
 class Controller(Protocol):

@@ -22,7 +22,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo import analysis, assessment, evolution, plugins, replay_scene
+from swarmevo import analysis, assessment, evolution, other_world, plugins, replay_scene
 from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.evaluation import Evaluator, TeamController
@@ -198,7 +198,7 @@ def _short(value: object) -> str:
 
 
 def episodes(
-    store: Store, chosen: Chosen, robots: Sequence[int] = (), force: bool = False
+    store: Store, chosen: Chosen, robots: Sequence[int] = (), force: bool = False, overrides: Sequence[str] = ()
 ) -> tuple[list[dict[str, Any]], str]:
     """Return an episode as :func:`data`, once more with the run's team, or with teams of other sizes.
 
@@ -207,24 +207,28 @@ def episodes(
         chosen: Of it.
         robots: Team sizes; none: that of the run.
         force: Show another trajectory than the stored one, with a warning.
+        overrides: In another world (:func:`swarmevo.other_world.load`): not the stored episode, with a warning.
 
     Returns:
         The episodes, and the warning, empty if there is none.
 
     Raises:
-        ReplayError: As :func:`replay` and :func:`of_size`.
+        ConfigError: An override is refused, or a size, as :func:`of_size`.
+        ReplayError: As :func:`replay`.
     """
-    settings = configuration.load(store.config_path)
+    settings = other_world.load(store, overrides)
+    changes = other_world.changes(store, settings)
     name = f"{store.folder.resolve().name}, individual {chosen.genome}"
     key = chosen.key
     place = f"seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
+    elsewhere = f"another world than the stored episode's: {', '.join(changes)}; its trajectory is not compared"
     shown, warning = [], ""
     for size in robots or [settings.team.robots]:
-        if size == settings.team.robots:
+        if size == settings.team.robots and not changes:
             recording, said = replay(store, chosen, force)
-            warning = warning or said
         else:
-            recording, said = record(*of_size(settings, chosen.genes, size), key), ""
+            recording, said = record(*of_size(settings, chosen.genes, size), key), elsewhere if changes else ""
+        warning = warning or said
         title = name if len(robots) < 2 else f"{size} robot" + "s" * (size > 1)
         subtitle = place if len(robots) < 2 else f"{name}, seed {key.seed}"
         shown.append(data(recording, title, subtitle, said))
@@ -258,18 +262,13 @@ def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subti
 
 
 def of_size(config: Config, genes: FloatArray, robots: int) -> tuple[Config, FloatArray]:
-    """Return the configuration and the genes for a team of another size; it stands in the same row, or first poses.
+    """Return the configuration and the genes for a team of another size.
 
     Raises:
-        ReplayError: Each robot has a genome of its own, and there are too few.
+        ConfigError: As :func:`swarmevo.other_world.of_size`.
     """
-    team = config.team
-    if team.genomes == "individual":
-        if robots > team.robots:
-            raise ReplayError(f"--robots: expected at most {team.robots}, for each has its own genome, got {robots}")
-        genes = genes[: len(genes) // team.robots * robots]
-    resized = team.model_copy(update={"robots": robots, "start_poses": team.start_poses[:robots]})
-    return config.model_copy(update={"team": resized}), genes
+    resized = other_world.of_size(config, robots)
+    return resized, other_world.first_robots(resized, genes, config.team.robots)
 
 
 # ---- as data ---------------------------------------------------------------------------------------------------------

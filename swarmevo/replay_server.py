@@ -6,14 +6,14 @@ from __future__ import annotations
 import getpass
 import json
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
-from swarmevo import config, replay
+from swarmevo import other_world, replay
 from swarmevo.replay import ReplayError
 from swarmevo.store import Store
 
@@ -66,18 +66,21 @@ def hint(port: int) -> str:
     )
 
 
-def live_episodes(folder: Path, genome: int | None) -> Callable[[int], Events]:
+def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = ()) -> Callable[[int], Events]:
     """Return a function whose n-th call streams an individual's n-th episode, the first one a stored one.
 
     Without a ``genome`` it is each time the best of the front as it is then: of a run that still evolves, the newest.
+    With ``overrides`` the episodes are in another world (:func:`swarmevo.other_world.load`).
     """
 
     def episode(number: int) -> Events:
         with Store.open(folder) as store:
             chosen = replay.choose(store, genome)
-            settings = config.load(store.config_path)
+            settings = other_world.load(store, overrides)
+            changes = other_world.changes(store, settings)
         key = chosen.key._replace(repeat=number)
         place = f"live: seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
+        place = ", ".join([place, *changes])
         title = f"{folder.resolve().name}, individual {chosen.genome}"
         yield from replay.stream(settings, chosen.genes, key, title, place)
 

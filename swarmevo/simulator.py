@@ -301,6 +301,18 @@ def _native_episodes(episodes: Sequence[EpisodeKey]) -> Any:
         ) from None
 
 
+def _native_indices(robot_policies: NDArray[np.integer[Any]], shape: tuple[int, int]) -> NDArray[np.uint32]:
+    given = np.asarray(robot_policies)
+    if given.shape != shape:
+        raise InvalidArgument(f"robot_policies: expected shape {shape}, got {given.shape}")
+    if given.dtype.kind not in "iu":
+        raise InvalidArgument(f"robot_policies: expected whole numbers, got dtype {given.dtype}")
+    indices = np.ascontiguousarray(given, dtype=np.uint32)
+    if (indices != given).any():
+        raise InvalidArgument(f"robot_policies: expected 0 <= index < 2**32, got {given[indices != given][0]}")
+    return indices
+
+
 def _create_batch(scene: Scene, threads: int) -> Any:
     ffi, lib = load()
     if not 1 <= threads <= 1024:
@@ -314,7 +326,7 @@ def simulate(
     scene: Scene,
     policies: NativePolicies,
     episodes: Sequence[EpisodeKey],
-    robot_policies: NDArray[np.uint32] | None = None,
+    robot_policies: NDArray[np.integer[Any]] | None = None,
     channels: Collection[str] = (),
     threads: int = 1,
 ) -> Episodes:
@@ -338,11 +350,7 @@ def simulate(
     keys = _native_episodes(episodes)
     if robot_policies is None:
         robot_policies = np.repeat(np.arange(len(episodes), dtype=np.uint32)[:, None], scene.info.robots, axis=1)
-    drivers = np.ascontiguousarray(robot_policies, dtype=np.uint32)
-    if drivers.shape != (len(episodes), scene.info.robots):
-        raise InvalidArgument(
-            f"robot_policies: expected shape {(len(episodes), scene.info.robots)}, got {drivers.shape}"
-        )
+    drivers = _native_indices(robot_policies, (len(episodes), scene.info.robots))
     native, _alive = _native_policies(policies)
     buffers = _Buffers(scene, len(episodes), channels)
     batch = _create_batch(scene, threads)

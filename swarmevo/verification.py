@@ -150,13 +150,8 @@ def _known(stored: Generation, individuals: BoolArray) -> JobResult:
     """Return the episodes of ``individuals`` ``(n,)`` as results that need not be run."""
     n, repeats = stored.hash.shape
     everything = JobResult(
+        **stored.reshaped(n * repeats),
         places=np.arange(n * repeats),
-        objectives=stored.objectives.reshape(n * repeats, -1),
-        hash=stored.hash.ravel(),
-        push_time=stored.push_time.ravel(),
-        homing_time=stored.homing_time.reshape(n * repeats, -1),
-        ode_messages=stored.ode_messages.ravel(),
-        unsolved_steps=stored.unsolved_steps.ravel(),
         faults=tuple(stored.faults.get(place, "") for place in np.ndindex(n, repeats)),
         seconds=0.0,
     )

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import small_runs
-from swarmevo import analysis, assessment, config, simulator
+from swarmevo import analysis, assessment, config
 from swarmevo.assessment import PAPER, Outcome
+from swarmevo.config import ConfigError
 from swarmevo.evaluation import Interrupted
 from swarmevo.store import Store, StoreError
 
@@ -114,7 +115,7 @@ def test_individuals_are_tested_in_smaller_teams_only(tmp_path: Path) -> None:
     run = small_runs.make(tmp_path / "run", "team.genomes=individual", "evolution.trials=1")
     found = assess(run, sizes=(2, 3))
     assert [row.robots for row in found.rows] == [2, 3]
-    with pytest.raises(simulator.InvalidArgument, match="at most 3"):
+    with pytest.raises(ConfigError, match="at most 3"):
         assess(run, sizes=(4,))
 
 

@@ -22,7 +22,7 @@ import pytest
 import yaml
 
 import swarmevo
-from swarmevo import cli, console, plugins, simulator
+from swarmevo import cli, console, doctor, plugins, simulator
 from swarmevo.evolution import Progress
 from swarmevo.store import Store
 
@@ -378,7 +378,8 @@ def test_plugins_check(swarmevo_: Swarmevo, distribution: Callable[..., Path]) -
     assert (unknown.code, unknown.errors) == (2, ["wrek: no such plugin; did you mean wreck?"])
 
 
-def test_doctor_finds_nothing(swarmevo_: Swarmevo) -> None:
+def test_doctor_finds_nothing(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "_sources", lambda checkout: [])  # somebody may be working on them
     done = swarmevo_("doctor")
     assert done.code == 0
     assert {line[:4] for line in done.out.splitlines()} == {"ok  "}
@@ -458,6 +459,19 @@ def test_a_bad_configuration(swarmevo_: Swarmevo, text: str) -> None:
         assert done.err.splitlines() == [f"error: {error}" for error in done.errors]
         assert [error.split(": ")[0] for error in done.errors] == BAD[text]
     assert files() == {"small.yaml", "bad.yaml"}
+
+
+@pytest.mark.parametrize("mode", [[], ["--dry-run"]])
+def test_plugins_that_do_not_fit_together(swarmevo_: Swarmevo, mode: list[str]) -> None:
+    """Whether a genome is larger than a fitness function takes it shows in evaluations, in some sooner or later."""
+    done = swarmevo_("evolve", "small.yaml", "--set", "controller.feedforward.hidden=16", *mode)
+    assert (done.code, done.out) == (2, "")
+    (line,) = done.errors
+    assert line.startswith("fitness.hidden_neurons (swarmevo ")
+    assert "maximum: expected at most 15 hidden neurons, a genome uses 16" in line
+    assert files() == {"small.yaml"}
+    settings = ["controller.feedforward.hidden=16", "fitness.hidden_neurons.maximum=16"]
+    assert swarmevo_("evolve", "small.yaml", "--set", *settings, *mode).code == 0
 
 
 def test_a_bad_override_is_listed_with_the_files_errors(swarmevo_: Swarmevo) -> None:

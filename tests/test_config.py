@@ -13,7 +13,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmevo import config
+from swarmevo import config, config_messages
 from swarmevo.config import Config, ConfigError
 
 CONFIGS = Path(__file__).parents[1] / "configs"
@@ -279,7 +279,7 @@ def test_every_key_has_a_docstring_and_every_number_a_range() -> None:
         if isinstance(model, type) and issubclass(model, config.Section):
             for key, field in model.model_fields.items():
                 assert field.description, f"{name}.{key}"
-                expected = config._expected((name, key))
+                expected = config_messages.expected_at((name, key))
                 assert " from " in expected or "one of" in expected or "list" in expected, f"{name}.{key}"
 
 
@@ -313,6 +313,22 @@ def test_the_check_sees_defaults_for_wrong_entries(errors: Any) -> None:
 @pytest.mark.parametrize("text", ["arena: {size: 4 m}", "arena: {siez: 4}", "arena: 4", "team: {start_poses: 3}"])
 def test_no_error_that_a_default_may_have_caused(errors: Any, text: str) -> None:
     assert len(errors(text, check=complain("team.start_poses[0]: outside the arena"))) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("physics: {box_friction: -1}", "box.size: tips"),
+        ("physics: {wheel_friction: much}", "robot.centre_of_mass: falls over"),
+        ("physics: {drive: wheels}", "robot.centre_of_mass: falls over"),
+        ("robot: {caster_offset: 0}", "robot.caster_clearance: too large"),
+        ("arena: {size: 0}", "robot.radius: too large"),
+    ],
+)
+def test_no_error_about_one_section_that_a_default_in_another_may_have_caused(
+    errors: Any, text: str, line: str
+) -> None:
+    assert len(errors(text, check=complain(line))) == 1
 
 
 @pytest.mark.parametrize("text", ["noise: {rf: 2}", "box: {mass: 0}", "evolution: {trials: 0}"])

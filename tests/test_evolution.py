@@ -18,7 +18,7 @@ import pytest
 import toy_plugins
 from swarmevo import config as configuration
 from swarmevo import evaluation, evolution
-from swarmevo.config import Config
+from swarmevo.config import Config, ConfigError
 from swarmevo.evaluation import EvaluationError, Interrupted, to_costs
 from swarmevo.evolution import Progress, begin, evolve
 from swarmevo.plugins import PluginError
@@ -302,6 +302,19 @@ def test_a_configuration_that_cannot_be_run_makes_no_folder(
     with pytest.raises(error):
         begin(tmp_path / "run", toy_plugins.config(**section))
     assert not (tmp_path / "run").exists()
+
+
+def test_what_only_an_evaluation_shows_makes_no_folder_either(tmp_path: Path) -> None:
+    bad = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": "raises"}})
+    with pytest.raises(ConfigError, match=r"^fitness\.toy_bad_fitness .*: evaluate raised .* \(found on trial"):
+        begin(tmp_path / "run", bad)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_run_that_is_to_go_on_after_faults_begins(tmp_path: Path) -> None:
+    fitness = {"toy_bad_fitness": {"fault": "raises"}}
+    begin(tmp_path / "run", toy_plugins.config(fitness=fitness, evolution={"on_fault": "worst"}))
+    assert (tmp_path / "run").exists()
 
 
 def test_a_run_is_not_continued_with_plugins_that_measure_something_else(

@@ -21,7 +21,7 @@ from playwright.sync_api import Browser, Page
 
 import browser as browsers
 from swarmevo import analysis, cli, config, evolution, replay, replay_scene, replay_server, replay_video
-from swarmevo.config import Config
+from swarmevo.config import Config, ConfigError
 from swarmevo.replay import Chosen, Recording, ReplayError
 from swarmevo.store import Store
 
@@ -143,7 +143,7 @@ def test_genomes_of_their_own_limit_the_team(settings: Config) -> None:
     own = settings.model_copy(update={"team": settings.team.model_copy(update={"genomes": "individual"})})
     _, genes = replay.of_size(own, np.arange(10.0), 2)
     assert genes.tolist() == [0.0, 1.0, 2.0, 3.0]
-    with pytest.raises(ReplayError, match="expected at most 5, for each has its own genome, got 6"):
+    with pytest.raises(ConfigError, match="expected at most 5, for each has its own genome, got 6"):
         replay.of_size(own, np.arange(10.0), 6)
 
 
@@ -296,7 +296,7 @@ def test_robots_move_in_the_picture(browser: Browser, file: Path) -> None:
     with browsers.watch(browser, 700, 420) as watched:
         page = watched.open(file)
         pictures = []
-        for t in (2, 2, 9):
+        for t in (0, 0, 9):  # everybody leaves the start
             page.evaluate(f"swarmevo.pause(); swarmevo.seek({t})")
             drawn(page)
             pictures.append(browsers.pixels(page.locator(".sw-view canvas").screenshot()).astype(int))
@@ -454,7 +454,8 @@ def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) ->
     ("arguments", "code", "message"),
     [
         ([":999"], 1, "there is no individual 999"),
-        (["", "--robots", "5-1"], 2, "--robots: expected a number from 1 to 64"),
+        (["", "--robots", "5-1"], 2, "--robots: expected a team size from 1 to 64"),
+        (["", "--robots", "1-9"], 2, "or up to 8 sizes as in 1-5, got '1-9'"),
         (["", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
         (["", "--html", "/nowhere/page.html"], 1, "/nowhere/page.html: No such file or directory"),
         (["x"], 1, "expected a run folder"),

@@ -189,8 +189,8 @@ def test_what_was_in_flight_is_not_run_again(tmp_path: Path, controller: str, mo
         ran.extend(result.places.tolist())
         return result
 
-    monkeypatch.setattr(evaluation, "run_job", counted)
     folder = start(tmp_path / "run", controller=controller)
+    monkeypatch.setattr(evaluation, "run_job", counted)
     with pytest.raises(Interrupted):
         go_on(folder, workers=1, stop=StopAt(2))
     assert rows(folder) == len(ran) > 0

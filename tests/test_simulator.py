@@ -132,6 +132,25 @@ def test_every_error_of_a_world_is_listed() -> None:
     assert simulator.scene_errors(Config()) == []
 
 
+@pytest.mark.parametrize(
+    ("section", "values", "expected"),
+    [
+        ("box", {"size": (0.01, 0.2, 0.02)}, "box.size: expected a box that slides before it tips"),
+        ("box", {"size": (1.2, 0.2, 0.02)}, "box.size: expected a box that fits into the arena"),
+        ("robot", {"wheel_radius": 0.026}, "robot.wheel_radius: expected at most half of robot.height"),
+        ("robot", {"axle_length": 0.06}, "robot.axle_length: expected wheels within the body"),
+        ("robot", {"caster_clearance": 0.004}, "robot.caster_clearance: expected at most a tenth"),
+        ("robot", {"centre_of_mass": 0.03}, "robot.centre_of_mass: expected at most 0.0265 m"),
+        ("physics", {"wheel_friction": 4.0}, "robot.centre_of_mass: expected at most 0.006625 m"),
+        ("team", {"start": "random", "start_region": (-0.1, 0.1, 0.3, 0.4)}, "team.start_region: expected a place"),
+    ],
+)
+def test_sizes_that_do_not_fit_together_are_one_line(section: str, values: dict[str, Any], expected: str) -> None:
+    (line,) = simulator.scene_errors(changed(section, **values))
+    assert line.startswith(expected)
+    assert re.search(r", got .*\d", line)
+
+
 def test_number_of_poses_must_fit() -> None:
     assert "one pose for each of 5 robots, got 0" in simulator.scene_errors(changed("team", start="poses"))[0]
 
@@ -293,6 +312,12 @@ def test_bad_calls_are_one_clear_error() -> None:
         simulate(scene, networks(2), keys(2), cloned(2, robots=4))
     with pytest.raises(InvalidArgument, match=r"robot_policies\[0\]: expected an index below 2"):
         simulate(scene, networks(2), keys(2), cloned(2) + 2)
+    with pytest.raises(InvalidArgument, match="robot_policies: expected whole numbers, got dtype float64"):
+        simulate(scene, networks(2), keys(2), cloned(2) * 0.9)
+    with pytest.raises(InvalidArgument, match=r"robot_policies: expected 0 <= index < 2\*\*32, got -1"):
+        simulate(scene, networks(2), keys(2), cloned(2).astype(int) - 1)
+    with pytest.raises(InvalidArgument, match=r"robot_policies: expected 0 <= index < 2\*\*32, got 4294967296"):
+        simulate(scene, networks(2), keys(2), cloned(2) + np.int64(2**32))
     with pytest.raises(InvalidArgument, match="threads"):
         simulate(scene, networks(2), keys(2), cloned(2), threads=0)
     with pytest.raises(InvalidArgument, match="0 <= seed"):

@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every key of a configuration: its unit, its range and its default.
+
+This is the one home of defaults. The sections that describe the world have the names of the structs in ``swarmevo.h``
+and are copied into them key by key (``simulator.py``); the ranges there are the same, and a test compares them.
+Readings of the paper behind the defaults: ``docs/paper-map.md``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+
+FromList = Field(strict=False)  # YAML has lists, no tuples
+Number = Annotated[float, Field(ge=-100, le=100)]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Bearing = Annotated[float, Field(ge=-360, le=360)]
+Extent = Annotated[float, Field(ge=0.01, le=10)]
+Strength = Annotated[float, Field(ge=0, le=1e6)]
+Speed = Annotated[float, Field(ge=-10, le=10)]
+Jitter = Annotated[float, Field(ge=0, le=3.15)]
+Vector = Annotated[tuple[Number, Number, Number], FromList]
+CurvePoint = Annotated[tuple[Annotated[float, Field(ge=0, le=10)], Annotated[float, Field(ge=0, le=1e6)]], FromList]
+
+
+class Section(BaseModel):
+    """A part of the configuration: frozen, without unknown keys, NaN or converted types."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+
+# ---- the world -------------------------------------------------------------------------------------------------------
+
+
+class Arena(Section):
+    """The square, walled floor."""
+
+    size: float = Field(default=1.0, ge=0.2, le=100)
+    """Inner side of the square [m] (paper IV: 1 m^2)."""
+    wall_height: float = Field(default=0.03, ge=0.005, le=1)
+    """[m] (paper IV)."""
+    target_wall: Literal["north", "south", "east", "west"] = "north"
+    """The wall that the box is to be pushed to; north is y = +size/2."""
+
+
+class Box(Section):
+    """What is to be pushed."""
+
+    size: Annotated[tuple[Extent, Extent, Extent], FromList] = (0.275, 0.18, 0.03)
+    """Extent along its x, y, z [m] (paper IV)."""
+    mass: float = Field(default=0.24, ge=0.001, le=1000)
+    """[kg] (paper IV)."""
+    pose: Vector = (0.0, 0.345, 0.0)
+    """x [m], y [m], heading [rad] of its centre at the start."""
+    velocity: Annotated[tuple[Speed, Speed, Speed], FromList] = (0.0, 0.0, 0.0)
+    """x [m/s], y [m/s], about the vertical [rad/s] at the start."""
+
+
+class Emitter(Section):
+    """The RF source that the robots home in on."""
+
+    position: Vector = (0.0, 0.345, 0.03)
+    """[m], fixed in the world: above the box's start (paper IV)."""
+    range: float = Field(default=0.3, ge=0.01, le=1000)
+    """[m] (paper IV)."""
+    strength: Annotated[tuple[Strength, Strength], FromList] = (1.0, 50.0)
+    """Smallest and largest signal strength S (paper eq. 1)."""
+    reach: Literal["range", "arena"] = "range"
+    """Whether S is heard within `range` only, or in the whole arena."""
+
+
+class Robot(Section):
+    """The E-puck's body and drive."""
+
+    radius: float = Field(default=0.035, ge=0.005, le=1)
+    """Of the body [m] (ARGoS, the real E-puck)."""
+    height: float = Field(default=0.05, ge=0.005, le=2)
+    """Top of the body, where the RF receiver is [m]."""
+    mass: float = Field(default=0.08, ge=0.001, le=100)
+    """[kg] (paper IV: a third of the box; a real E-puck weighs 150 g)."""
+    centre_of_mass: float = Field(default=0.015, ge=0.001, le=1)
+    """Height above the floor [m] (Webots)."""
+    wheel_radius: float = Field(default=0.0205, ge=0.001, le=1)
+    """[m] (Webots, e-puck.org)."""
+    axle_length: float = Field(default=0.053, ge=0.005, le=2)
+    """Between the wheels [m] (e-puck.org)."""
+    top_speed: float = Field(default=6.28, ge=0.01, le=1000)
+    """Of a wheel [rad/s]: 0.129 m/s on the floor (Webots)."""
+    motor_torque: float = Field(default=0.02, ge=1e-6, le=100)
+    """Largest of a wheel's motor [N m]; with `drive: articulated`. Twice what makes a wheel slip."""
+    caster_offset: float = Field(default=0.03, ge=0.001, le=1)
+    """Front and rear caster, ahead of and behind the axle [m]. The nearer, the less traction a robot has that pushes."""
+    caster_clearance: float = Field(default=0.0005, ge=0, le=0.01)
+    """Between casters and floor when the robot stands upright [m]; with `drive: articulated`."""
+
+
+class Team(Section):
+    """How many robots there are, and where they start."""
+
+    robots: int = Field(default=5, ge=1, le=64)
+    """Number of robots (paper IV)."""
+    genomes: Literal["shared", "individual"] = "shared"
+    """One genome cloned to the team, or one for each robot."""
+    start: Literal["row", "poses", "random"] = "row"
+    """In rows from `row_y` on, heading south, away from the emitter (paper IV); at `start_poses`; or anywhere."""
+    row_y: float = Field(default=-0.4, ge=-100, le=100)
+    """y of the first row's centres [m]."""
+    row_spacing: float = Field(default=0.12, ge=0.001, le=100)
+    """Between neighbours and between rows [m]."""
+    start_poses: Annotated[tuple[Vector, ...], FromList] = ()
+    """For each robot x [m], y [m], heading [rad]; with `start: poses`."""
+    start_region: Annotated[tuple[Number, Number, Number, Number], FromList] = (-0.45, 0.45, -0.45, 0.15)
+    """x from, x to, y from, y to [m]; with `start: random`."""
+    start_jitter: Annotated[tuple[Jitter, Jitter], FromList] = (0.01, 0.1)
+    """Largest deviation of position [m] and heading [rad] from the start pose, drawn anew for each episode."""
+
+
+class Sensors(Section):
+    """Infrared and box sensors of each robot."""
+
+    infrared_yaw_deg: Annotated[tuple[Bearing, ...], FromList, Field(min_length=8, max_length=8)] = (
+        -17.2,
+        -45.9,
+        -90.0,
+        -151.5,
+        151.2,
+        90.0,
+        45.8,
+        17.1,
+    )
+    """Bearings of the infrared sensors ps0..ps7, left positive [deg] (Webots)."""
+    infrared_curve: Annotated[tuple[CurvePoint, ...], FromList, Field(min_length=2, max_length=16)] = (
+        (0.0, 4095.0),
+        (0.005, 3474.0),
+        (0.01, 2211.0),
+        (0.02, 676.0),
+        (0.03, 306.0),
+        (0.04, 164.0),
+        (0.05, 90.0),
+        (0.06, 56.0),
+        (0.07, 34.0),
+    )
+    """Distance [m], raw value [1]; linear in between, 0 beyond (Webots <= 8.5). Readings are over the first value."""
+    infrared_target: Literal["walls_and_robots", "all"] = "walls_and_robots"
+    """What the infrared sensors see: at the top front, above the box, or the box too (paper IV)."""
+    touch_yaw_deg: Annotated[tuple[Bearing, Bearing, Bearing, Bearing], FromList] = (45.0, 15.0, -15.0, -45.0)
+    """Bearings of the four box sensors at the bottom front (paper IV), left positive [deg]."""
+    touch_half_width_deg: float = Field(default=15.0, ge=0.1, le=180)
+    """Half the sector that each box sensor covers [deg]."""
+    touch_range: float = Field(default=0.002, ge=0.0001, le=10)
+    """Distance between body and box up to which a box sensor answers [m]."""
+    touch_mode: Literal["binary", "graded", "force"] = "binary"
+    """0 or 1; 1 - distance / touch_range; or the normal force over the robot's traction limit."""
+
+
+class Noise(Section):
+    """Random disturbances, drawn anew in each control step."""
+
+    infrared: Fraction = 0.05
+    """Relative standard deviation of a reading (Webots 5 %)."""
+    infrared_at_contact: Fraction = 0.005
+    """The same at distance 0 (Webots 0.5 %)."""
+    wheels: Fraction = 0.05
+    """Largest relative error of a wheel's speed, uniform (Enki 5 %)."""
+    rf: Fraction = 0.0
+    """Relative standard deviation of S."""
+
+
+class Physics(Section):
+    """Of ODE, which moves the bodies."""
+
+    time_step: float = Field(default=0.05, ge=0.0005, le=0.05)
+    """[s]; the default is the largest whose errors docs/validation.md finds below 1 % of the way."""
+    gravity: float = Field(default=9.81, ge=0.1, le=100)
+    """[m/s^2]."""
+    wheel_friction: float = Field(default=1.0, ge=0, le=10)
+    """Coulomb coefficient between wheel and floor."""
+    box_friction: float = Field(default=0.58, ge=0, le=10)
+    """Coulomb coefficient between box and floor: with 0.58 three robots move the box and two do not
+    (docs/validation.md)."""
+    side_friction: float = Field(default=0.3, ge=0, le=10)
+    """Coulomb coefficient between robots, box and walls."""
+    contact_erp: float = Field(default=0.2, ge=0.01, le=1)
+    """ODE's error reduction parameter of contacts."""
+    contact_cfm: float = Field(default=1e-5, ge=1e-9, le=0.1)
+    """ODE's constraint force mixing of contacts [s/kg]."""
+    drive: Literal["driven_contacts", "articulated"] = "driven_contacts"
+    """A robot is one level body whose wheels are moving contact surfaces; or, as the reference, a chassis and two wheel
+    bodies on hinges with motors, free in three dimensions, at time steps up to 0.02 s."""
+
+
+class Episode(Section):
+    """How long a team is tried."""
+
+    horizon: float = Field(default=180.0, ge=0.001, le=1e5)
+    """[s], a whole number of control periods (paper Table I)."""
+    control_period: float = Field(default=0.1, ge=0.0005, le=10)
+    """[s], a whole number of time steps."""
+
+
+# ---- the evolution ---------------------------------------------------------------------------------------------------
+
+
+def named(value: Any) -> Any:
+    """Read ``name`` as ``{name: {}}`` and a list of names likewise, a name without options as one with none."""
+    if isinstance(value, str):
+        return {value: {}}
+    if isinstance(value, list) and all(isinstance(name, str) for name in value):
+        return {name: {} for name in value}
+    if isinstance(value, Mapping):
+        return {name: {} if options is None else options for name, options in value.items()}
+    return value
+
+
+def _plain(options: dict[str, Any]) -> dict[str, Any]:
+    """Refuse what YAML or JSON cannot give back: options travel as text to the run folder and to workers."""
+    for name, value in options.items():
+        if not _is_plain(value):
+            raise ValueError(f"{name}: expected a finite number, text, true, false, null or a list, got {value}")
+    return options
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, Mapping):
+        return all(isinstance(key, str) and _is_plain(entry) for key, entry in value.items())
+    if isinstance(value, list):
+        return all(map(_is_plain, value))
+    if isinstance(value, float):
+        return math.isfinite(value)  # JSON knows no other
+    return value is None or isinstance(value, bool | int | str)
+
+
+Options = Annotated[dict[str, Any], AfterValidator(_plain)]
+Plugin = Annotated[dict[str, Options], BeforeValidator(named), Field(min_length=1, max_length=1)]
+Plugins = Annotated[dict[str, Options], BeforeValidator(named), Field(min_length=1)]
+
+
+class Evolution(Section):
+    """The budget."""
+
+    generations: int = Field(default=100, ge=1, le=1_000_000)
+    """Number of generations (paper Table I)."""
+    population: int = Field(default=30, ge=1, le=1_000_000)
+    """Size of the population (paper Table I)."""
+    trials: int = Field(default=1, ge=1, le=65535)
+    """Independent evolutions (paper Table I: 10)."""
+    repeats: int = Field(default=3, ge=1, le=65535)
+    """Episodes per evaluation; objectives are their mean."""
+    seed: int | None = Field(default=None, ge=0, le=2**63 - 1)
+    """Of everything random in the run; drawn, printed and stored if not given."""
+    on_fault: Literal["fail", "worst"] = "fail"
+    """When an episode fails: end the run, or give it the worst objectives, record why, and go on."""
+    episode_timeout: float | None = Field(default=None, ge=0.01, le=1e6)
+    """[s] of computing that an episode may take before it counts as failed; needs a process for each worker."""
+
+
+class Config(Section):
+    """Everything that decides a run's result."""
+
+    arena: Arena = Arena()
+    box: Box = Box()
+    emitter: Emitter = Emitter()
+    robot: Robot = Robot()
+    team: Team = Team()
+    sensors: Sensors = Sensors()
+    noise: Noise = Noise()
+    physics: Physics = Physics()
+    episode: Episode = Episode()
+    controller: Plugin = Field(default={"feedforward": {}}, validate_default=True)
+    """The controller plugin and its options."""
+    fitness: Plugins = Field(default={"box_pushing": {}, "hidden_neurons": {}}, validate_default=True)
+    """The fitness plugins and their options; their objectives are put side by side."""
+    optimiser: Plugin = Field(default={"pde": {}}, validate_default=True)
+    """The optimiser plugin and its options."""
+    evolution: Evolution = Evolution()
