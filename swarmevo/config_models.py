@@ -94,7 +94,7 @@ class Robot(Section):
     motor_torque: float = Field(default=0.02, ge=1e-6, le=100)
     """Largest of a wheel's motor [N m]; with `drive: articulated`. Twice what makes a wheel slip."""
     caster_offset: float = Field(default=0.03, ge=0.001, le=1)
-    """Front and rear caster, ahead of and behind the axle [m]. The nearer, the less traction a robot has that pushes."""
+    """Front and rear caster, ahead of and behind the axle [m]. The nearer, the less a robot can push with."""
     caster_clearance: float = Field(default=0.0005, ge=0, le=0.01)
     """Between casters and floor when the robot stands upright [m]; with `drive: articulated`."""
 
