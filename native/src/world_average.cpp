@@ -10,7 +10,7 @@ namespace {
 // Velocity changes below these are left as they are [m/s], [rad/s].
 constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
 // Bodies this near to each other touch [m]; if they then near each other faster than this, they collide [m/s].
-constexpr double kContactGap = 1e-5, kGentle = 5e-3;
+constexpr double kContactGap = 1e-5, kGentle = 0.01;
 // Speed that others may give a body within a step, beyond what it does and means to do [m/s].
 constexpr double kShove = 0.1;
 // Gap that may be closed in any step, however short [m].
@@ -70,7 +70,8 @@ bool AverageVelocity::note(const Touch& touch) {
 // or turn back will not arrive.
 double AverageVelocity::collision_time(const Touch& touch) const {
     const double speed = std::fmin(approach(touch, &Body::before), approach(touch, &Body::intended));
-    if (touch.gap <= kContactGap) return speed > kGentle ? 0 : kNever;
+    if (speed <= kGentle) return kNever;
+    if (touch.gap <= kContactGap) return 0;
     return speed * time_step_ > touch.gap ? touch.gap / speed : kNever;
 }
 

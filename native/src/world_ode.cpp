@@ -18,6 +18,10 @@ namespace {
 // by less than a thousandth of a degree in an hour.
 constexpr double kNeverTilts = 1e12;
 
+// Gap that a contact leaves to be closed at least [m]. One that touches and does not move would otherwise be on the
+// very edge between pressing and parting, where ODE's solver stalls.
+constexpr double kTouch = 1e-10;
+
 thread_local unsigned warnings_of_thread = 0;
 
 void on_warning(int, const char*, va_list) {
@@ -154,7 +158,7 @@ void Contacts::begin(double time_step, bool soft) {
 dJointID Contacts::add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
                        const Friction& friction) {
     dContact contact = rubbing(friction);
-    contact.surface.motionN = gap > 0 ? -gap / time_step_ : 0;
+    contact.surface.motionN = -(std::max(0.0, gap) + kTouch) / time_step_;
     std::copy_n(point.begin(), 3, contact.geom.pos);
     std::copy_n(normal.begin(), 3, contact.geom.normal);
     contact.geom.depth = std::max(0.0, -gap);

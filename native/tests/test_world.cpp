@@ -66,6 +66,24 @@ TEST_CASE("one or two robots never move the box, three and four push it to the w
     }
 }
 
+TEST_CASE("robots that press the box to the wall do not enter it") {
+    for (const double gap : {0.0, 1e-12, 1e-9, 1e-6, 1e-4}) {
+        for (const double time_step : {0.005, 0.02, 0.05}) {
+            std::vector<double> poses;
+            for (int i = 0; i < 5; ++i) poses.insert(poses.end(), {0.0715 * (i - 2), 0.41 - 0.09 - 0.037, kPi / 2});
+            Fixture fixture(poses);
+            fixture.box_at(0, 0.41 - gap).without_noise().config.physics.time_step = time_step;
+            const Scene scene = fixture.scene();
+            World world(scene, scene.start_poses);
+            for (unsigned i = 0; i < 5; ++i) world.set_rim_speeds(i, kTopSpeed, kTopSpeed * (1 - 0.01 * i));
+            run(world, 2, time_step);
+            CHECK(world.unsolved_steps() == 0);
+            CHECK(world.extremes().penetration < 1e-4);
+            CHECK(world.box_pose().y == doctest::Approx(0.41).epsilon(1e-4));
+        }
+    }
+}
+
 TEST_CASE("walls and other robots stop a robot") {
     for (const double time_step : {0.005, 0.02, 0.05}) {
         Fixture fixture({0.4, 0, 0, -0.2, 0, 0, -0.1, 0, kPi});
