@@ -183,8 +183,8 @@ class Physics(Section):
     box_friction: float = Field(default=0.58, ge=0, le=10)
     """Coulomb coefficient between box and floor: with 0.58 three robots move the box and two do not
     (docs/validation.md)."""
-    side_friction: float = Field(default=0.3, ge=0, le=10)
-    """Coulomb coefficient between robots, box and walls."""
+    side_friction: float = Field(default=0.2, ge=0, le=10)
+    """Coulomb coefficient between robots, box and walls (docs/paper-map.md)."""
     contact_erp: float = Field(default=0.2, ge=0.01, le=1)
     """ODE's error reduction parameter of contacts."""
     contact_cfm: float = Field(default=1e-5, ge=1e-9, le=0.1)

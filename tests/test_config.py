@@ -404,4 +404,4 @@ def test_quick_is_the_papers_world() -> None:
     quick, paper = config.load("quick"), config.load("paper")
     world = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
     assert all(getattr(quick, section) == getattr(paper, section) for section in world)
-    assert math.prod([quick.evolution.generations, quick.evolution.population, quick.evolution.repeats]) <= 1500
+    assert math.prod([quick.evolution.generations, quick.evolution.population, quick.evolution.repeats]) <= 2500
