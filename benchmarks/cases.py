@@ -9,6 +9,7 @@ Run as a program it times one case and prints one line of JSON, as the peers' sc
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import statistics
 import time
@@ -175,7 +176,12 @@ class LockstepCase:
 
 
 def case(name: str) -> Case | LockstepCase:
-    """Return the case of this name: one of ``CASES``, or ``robots-N``."""
+    """Return the case of this name: one of ``CASES``, ``robots-N``, or ``roaming`` or ``pushing`` ``-articulated``."""
+    if name.endswith("-articulated"):
+        usual = CASES[name.removesuffix("-articulated")]()
+        assert isinstance(usual, Case)
+        physics = {"drive": "articulated", "time_step": 0.005}
+        return dataclasses.replace(usual, config=changed(usual.config, physics=physics), episodes=2)
     if name.startswith("robots-"):
         return Case(scaled_config(int(name.removeprefix("robots-"))), avoiding_network(), 4)
     return CASES[name]()
@@ -211,7 +217,7 @@ def measure(name: str, threads: int, repeat: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("case", help=f"{', '.join(CASES)}, or robots-N")
+    parser.add_argument("case", help=f"{', '.join(CASES)}, robots-N, or roaming or pushing -articulated")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--repeat", type=int, default=3)
     arguments = parser.parse_args()

@@ -46,7 +46,8 @@ def peer(script: str, *arguments: str) -> list[str]:
 # Name, what it is, command. The first of each group is ours.
 SIDE_BY_SIDE: dict[str, list[tuple[str, list[str]]]] = {
     "five robots roaming": [
-        ("swarmevo, 3-D", [*OURS, "roaming", "--repeat", "1"]),
+        ("swarmevo", [*OURS, "roaming", "--repeat", "1"]),
+        ("swarmevo, articulated", [*OURS, "roaming-articulated", "--repeat", "1"]),
         ("MuJoCo tuned, 3-D", peer("mujoco", "--mode", "loop", "--config", "tuned", "--seconds", "60")),
         ("MuJoCo plain, 3-D", peer("mujoco", "--mode", "loop", "--config", "plain", "--seconds", "60")),
         ("MuJoCo, no wheels or floor", peer("mujoco", "--mode", "loop", "--config", "planar", "--seconds", "60")),
@@ -54,13 +55,14 @@ SIDE_BY_SIDE: dict[str, list[tuple[str, list[str]]]] = {
         ("VMAS, 2-D, 256 worlds", peer("vmas", "--scene", "epuck", "--nsim", "256", "--seconds", "10")),
     ],
     "five robots pushing the box": [
-        ("swarmevo, 3-D", [*OURS, "pushing", "--repeat", "1"]),
+        ("swarmevo", [*OURS, "pushing", "--repeat", "1"]),
+        ("swarmevo, articulated", [*OURS, "pushing-articulated", "--repeat", "1"]),
         ("MuJoCo tuned, 3-D", peer("mujoco", "--mode", "step", "--push", "--config", "tuned", "--seconds", "20")),
         ("MuJoCo plain, 3-D", peer("mujoco", "--mode", "step", "--push", "--config", "plain", "--seconds", "20")),
     ],
-    "five robots pressed on the box at the wall": [("swarmevo, 3-D", [*OURS, "pressed", "--repeat", "1"])],
-    "random genomes, mixed": [("swarmevo, 3-D", [*OURS, "random", "--repeat", "1"])],
-    "Python controller, 256 worlds in lockstep": [("swarmevo, 3-D", [*OURS, "lockstep", "--repeat", "1"])],
+    "five robots pressed on the box at the wall": [("swarmevo", [*OURS, "pressed", "--repeat", "1"])],
+    "random genomes, mixed": [("swarmevo", [*OURS, "random", "--repeat", "1"])],
+    "Python controller, 256 worlds in lockstep": [("swarmevo", [*OURS, "lockstep", "--repeat", "1"])],
 }
 
 
