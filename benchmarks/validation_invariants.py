@@ -258,12 +258,11 @@ in the middle.
 {table(head, rows)}
 - No state that is not a number, no error of ODE: **{_yes(not any(stress.failed for stress in found))}**.
 - Overlaps below {millimetres(DEEPEST):g} mm: **{_yes(deepest <= DEEPEST)}**; the deepest of any two bodies, walls or
-floor
-  is {millimetres(deepest):.2f} mm, {beyond} of {total} episodes go beyond.
-- Robots that fell over: {fallen}. Such an episode is not an error; its outcome says so (`min_upright`).
+floor is {millimetres(deepest):.2f} mm, {beyond} of {total} episodes go beyond.
+- Robots that fell over: {fallen}. The default drive keeps bodies level, and refuses robots that would tip; with the
+articulated one they may fall: not an error, but an outcome (`min_upright`).
 - ODE messages per million steps: {rate:.2f} (limit {MOST_MESSAGES}: **{_yes(rate < MOST_MESSAGES)}**). Each makes the
-step be
-  taken back and tried again with softer contacts; steps that no further try mended are the column before the last.
+step be taken back and tried again with softer contacts; steps that no further try mended are the column before the last.
 """
 
 

@@ -53,7 +53,7 @@ Vector to_world(dBodyID body, const Vector& local);  // a point of the body
 // By how much one of two equal limits of friction is to exceed the other, relatively: surfaces that slip in the same
 // instant tie rows of the contact problem, and ODE's solver stalls. Far above rounding, far below any figure of
 // friction.
-constexpr double kTieBreak = 1e-7;
+constexpr double kTieBreak = 1e-9;
 
 // How two surfaces rub. Friction acts along `direction`, a unit vector across the normal, and at a right angle to it.
 struct Friction {
