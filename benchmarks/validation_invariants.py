@@ -262,7 +262,8 @@ floor is {millimetres(deepest):.2f} mm, {beyond} of {total} episodes go beyond.
 - Robots that fell over: {fallen}. The default drive keeps bodies level, and refuses robots that would tip; with the
 articulated one they may fall: not an error, but an outcome (`min_upright`).
 - ODE messages per million steps: {rate:.2f} (limit {MOST_MESSAGES}: **{_yes(rate < MOST_MESSAGES)}**). Each makes the
-step be taken back and tried again with softer contacts; steps that no further try mended are the column before the last.
+step be taken back and tried again with softer contacts; steps that no further try mended
+are the column before the last.
 """
 
 
