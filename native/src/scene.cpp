@@ -177,6 +177,29 @@ void check_sensors(Check& check, const swe_sensors_config& s) {
 // Above it three robots at a slant no longer push the box (docs/validation.md) [s].
 constexpr double kLongestArticulatedStep = 0.02;
 
+// Contacts are laid out at the start of a step: bodies may not move far in it.
+void check_way(Check& check, const swe_scene_config& c) {
+    const double way = rim_speed(c.robot, 1, c.noise.wheels) * c.physics.time_step, longest = c.robot.radius / 3;
+    if (way > longest)
+        check.fail("robot.top_speed: expected a way of at most a third of robot.radius in a physics.time_step (" +
+                   number(longest) + " m), got " + number(way) + " m: reduce either");
+}
+
+// Contacts give way in proportion to their force: of all robots that press, of the heaviest body that is stopped.
+void check_softness(Check& check, const swe_scene_config& c) {
+    constexpr double kDeepest = 1e-3;  // [m]
+    const double speed =
+        std::max(rim_speed(c.robot, 1, c.noise.wheels), std::hypot(c.box.velocity[0], c.box.velocity[1]));
+    const double press = c.team.robots * c.physics.wheel_friction * c.robot.mass * c.physics.gravity *
+                         c.physics.time_step / c.physics.contact_erp;
+    const double blow = std::max(c.box.mass, c.robot.mass) * speed;
+    const double softest = kDeepest / std::max(press, blow);
+    if (c.physics.contact_cfm > softest)
+        check.fail("physics.contact_cfm: expected at most " + number(softest) +
+                   " s/kg, or bodies as heavy and as fast as these overlap by more than a millimetre, got " +
+                   number(c.physics.contact_cfm) + " s/kg");
+}
+
 void check_physics(Check& check, const swe_scene_config& c) {
     check.range("noise.infrared", c.noise.infrared, 0, 1, "");
     check.range("noise.infrared_at_contact", c.noise.infrared_at_contact, 0, 1, "");
@@ -191,6 +214,8 @@ void check_physics(Check& check, const swe_scene_config& c) {
     check.range("physics.contact_erp", c.physics.contact_erp, 0.01, 1, "");
     check.range("physics.contact_cfm", c.physics.contact_cfm, 1e-9, 0.1, "s/kg");
 
+    check_way(check, c);
+    check_softness(check, c);
     check.choice("physics.drive", c.physics.drive, SWE_DRIVE_ARTICULATED);
     if (stepped && c.physics.drive == SWE_DRIVE_ARTICULATED && c.physics.time_step > kLongestArticulatedStep)
         check.fail("physics.time_step: expected at most " + number(kLongestArticulatedStep) +

@@ -31,8 +31,6 @@ namespace {
 
 // Speed at which overlaps are pushed apart, at most [m/s]: about a robot's top speed.
 constexpr double kLargestCorrection = 0.1;
-// A body slower than this is at rest [m/s], [rad/s].
-constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4;
 // A body slower than this stops [m/s], [rad/s]: friction would halve its speed for ever, until it cannot be divided by.
 constexpr double kLeastSpeed = 1e-15;
 // Below this speed friction on the box acts along its edges, above along its motion [m/s].
@@ -43,7 +41,8 @@ constexpr int kDeepestHalving = 4;
 constexpr double kBlow = 2.5e-4, kShortestCut = 1e-3, kHair = 2e-5;
 // Collisions in one step that are treated so.
 constexpr int kMostCuts = 4;
-// Farthest that a body that was thrown moves in one piece of a step [m]: contacts are those of the piece's beginning.
+// Farthest that a body that was thrown moves in one piece of a step [m], since contacts are those of the piece's
+// beginning; and pieces at most.
 constexpr double kThrownWay = 1e-3, kMostPieces = 1e4;
 constexpr int kWalls = 4, kBoxCorners = 4;
 
@@ -90,6 +89,7 @@ struct World::Impl {
     int box_number;               // in `average`
     std::vector<dBodyID> bodies;  // all
     bool is_level;                // all bodies stay so, and their loads are known
+    double box_reach;             // from the box's middle to its corners [m]
     double reach;                 // gap below which a side contact is made [m]
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
@@ -98,7 +98,8 @@ struct World::Impl {
     Impl(const Scene& description, const std::vector<Pose>& starts)
         : scene(description),
           contacts(ode, description.physics),
-          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) {
+          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS),
+          box_reach(std::hypot(description.box.size[0], description.box.size[1]) / 2) {
         dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
         dWorldSetERP(ode.id(), scene.physics.contact_erp);
         dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
@@ -106,9 +107,8 @@ struct World::Impl {
         dWorldSetAutoDisableFlag(ode.id(), 0);
         // Two robots approach each other by at most two thirds of this within a step; the rest is for shoves.
         const double fastest = 3 * rim_speed(scene.robot, 1, scene.noise.wheels);
-        const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
         const double thrown =
-            std::hypot(scene.box.velocity[0], scene.box.velocity[1]) + std::abs(scene.box.velocity[2]) * half_diagonal;
+            std::hypot(scene.box.velocity[0], scene.box.velocity[1]) + std::abs(scene.box.velocity[2]) * box_reach;
         reach = (fastest + thrown) * scene.physics.time_step;
 
         robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
@@ -142,9 +142,9 @@ struct World::Impl {
 
         // Friction sits on the corners; turning about the middle each has half a diagonal as its lever.
         const double pull = scene.physics.box_friction * scene.physics.gravity;
-        const double lever = std::hypot(b.size[0], b.size[1]) / 2, gyration_squared = lever * lever / 3;
+        const double gyration_squared = box_reach * box_reach / 3;
         box_number = static_cast<int>(robots.size());
-        average.add_body(box, {pull, pull * lever / gyration_squared});
+        average.add_body(box, {pull, pull * box_reach / gyration_squared});
     }
 
     // ---- contacts ----
@@ -208,37 +208,38 @@ struct World::Impl {
         if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) dJointSetFeedback(joint, &robot.push);
     }
 
-    // Floor and walls at the box's corners.
+    // Floor below the box and walls at its corners.
     void add_box_contacts(double cosine, double sine) {
         const dReal* v = dBodyGetLinearVel(box);
         const double speed = std::hypot(v[0], v[1]);
         const Vector direction =
             speed > kSlidingSpeed ? Vector{v[0] / speed, v[1] / speed, 0} : Vector{cosine, sine, 0};
+        if (is_level) add_box_friction(direction);
         for (int corner = 0; corner < kBoxCorners; ++corner) {
             const double x = (corner & 1 ? 0.5 : -0.5) * scene.box.size[0];
             const double y = (corner & 2 ? 0.5 : -0.5) * scene.box.size[1];
-            // Two opposite corners rub for all four: the same force and the same torque with half the rows.
-            add_box_foot(x, y, direction, corner == 0 ? 2 : corner == 3 ? 2 + kTieBreak : 0);
+            if (!is_level) add_box_foot(x, y, direction);
             const Vector edge = to_world(box, {x, y, 0});
             add_wall_contacts({box, box_number}, edge[0], edge[1], 0,
                               std::min(scene.box.size[2], scene.arena.wall_height) / 2);
         }
     }
 
-    // A corner that rubs for so many.
-    void add_box_foot(double x, double y, const Vector& direction, double corners) {
+    void add_box_foot(double x, double y, const Vector& direction) {
         const Vector foot = to_world(box, {x, y, -scene.box.size[2] / 2});
-        const double mu = corners * scene.physics.box_friction;
-        const double load = scene.box.mass * scene.physics.gravity / kBoxCorners;
-        if (!is_level)
-            contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
-        else if (mu > 0)
-            contacts.add_level(box, foot[0], foot[1], {direction, mu, mu, 0, load});
+        const double mu = scene.physics.box_friction;
+        contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
     }
 
-    static bool rests(dBodyID body) {
-        const dReal *v = dBodyGetLinearVel(body), *w = dBodyGetAngularVel(body);
-        return std::hypot(v[0], v[1], v[2]) < kRestingSpeed && std::hypot(w[0], w[1], w[2]) < kRestingSpin;
+    // Two points rub for four corners, as far from the middle: the same force where the box slides, the same torque
+    // where it turns, with half the rows. On its long axis, so that mirror images stay mirror images.
+    void add_box_friction(const Vector& direction) {
+        const double half_load = scene.box.mass * scene.physics.gravity / 2, mu = scene.physics.box_friction;
+        for (const double side : {-1.0, 1.0}) {
+            const Vector point = to_world(box, {side * box_reach, 0, 0});
+            const double limit = side > 0 ? mu * (1 + kTieBreak) : mu;
+            contacts.add_level(box, point[0], point[1], {direction, limit, limit, 0, half_load});
+        }
     }
 
     // All contacts of a step of this length [s].
@@ -247,6 +248,7 @@ struct World::Impl {
         average.begin(time_step);
         prepared = soft ? 0 : time_step;
         for (const Robot& robot : robots) {
+            robot.drive->forget();
             const Vector aim = robot.drive->intended_velocity();
             average.intend(robot.number, aim[0], aim[1]);
         }
@@ -278,8 +280,8 @@ struct World::Impl {
         // force.
         const bool may_rest = is_level && scene.sensors.touch_mode != SWE_TOUCH_MODE_FORCE;
         for (const Robot& robot : robots)
-            rest.push_back(may_rest && !robot.is_free && robot.is_steady && rests(robot.drive->body()));
-        rest.push_back(is_level && rests(box));
+            rest.push_back(may_rest && !robot.is_free && robot.is_steady && average.has_settled(robot.number));
+        rest.push_back(is_level && average.has_settled(box_number));
         const auto wake_up = [&](const AverageVelocity::Touch& touch) {
             if (touch.second == AverageVelocity::kWall || rest[touch.first] == rest[touch.second]) return false;
             rest[touch.first] = rest[touch.second] = false;
@@ -310,6 +312,12 @@ struct World::Impl {
     }
 
     // ---- the step ----
+    //
+    // step()     the time step; in short pieces where something was thrown
+    // advance()  a piece; cut where bodies collide
+    // solve()    a cut; taken back and tried again where wheels slip otherwise than assumed, or ODE's solver stalls
+    // attempt()  one call of ODE, with the contacts of advance() if they are for the same time
+    // finish()   what is to be done after a cut that holds
 
     // Of any body's points [m/s].
     double fastest_motion() const {
@@ -317,9 +325,9 @@ struct World::Impl {
             const dReal* v = dBodyGetLinearVel(body);
             return std::hypot(v[0], v[1]);
         };
-        const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
-        double fastest = speed(box) + std::abs(dBodyGetAngularVel(box)[2]) * half_diagonal;
+        double fastest = speed(box) + std::abs(dBodyGetAngularVel(box)[2]) * box_reach;
         for (const Robot& robot : robots) fastest = std::max(fastest, speed(robot.drive->body()));
+        if (!std::isfinite(fastest)) throw Error(SWE_PHYSICS_ERROR, "a body's speed is no longer finite");
         return fastest;
     }
 
@@ -402,6 +410,7 @@ struct World::Impl {
             robot.drive->finish(time_step);
             robot.is_steady = true;
         }
+        average.settle();
     }
 
     void note_extremes() {
@@ -458,7 +467,10 @@ std::uint64_t World::fold_state(std::uint64_t hash) const {
                 hash = fold(hash, values[i]);
                 sum += values[i];
             }
-        for (const double value : state.quaternion) hash = fold(hash, value);
+        for (const double value : state.quaternion) {
+            hash = fold(hash, value);
+            sum += value;
+        }
         if (!std::isfinite(sum)) throw Error(SWE_PHYSICS_ERROR, "a body's state is no longer finite");
     }
     return hash;

@@ -11,6 +11,8 @@ namespace {
 constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
 // Bodies this near to each other touch [m]; if they then near each other faster than this, they collide [m/s].
 constexpr double kContactGap = 1e-5, kGentle = 0.01;
+// A body slower than this [m/s], [rad/s], that would take longer than this to gain as much [s], has settled.
+constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4, kSettling = 0.1;
 // Speed that others may give a body within a step, beyond what it does and means to do [m/s].
 constexpr double kShove = 0.1;
 // Gap that may be closed in any step, however short [m].
@@ -20,7 +22,7 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 }  // namespace
 
 void AverageVelocity::add_body(dBodyID body, const Limits& limits) {
-    bodies_.push_back({body, limits, {}, {}, {}, {}, 0, false, false});
+    bodies_.push_back({body, limits, {}, {}, {}, {}, 0, false, false, false});
 }
 
 AverageVelocity::Motion AverageVelocity::motion_of(dBodyID body) {
@@ -105,6 +107,16 @@ void AverageVelocity::apply() {
     while (keep_apart()) continue;
     for (const Body& body : bodies_)
         if (body.missing.x != 0 || body.missing.y != 0 || body.missing.spin != 0) move(body);
+}
+
+void AverageVelocity::settle() {
+    for (Body& body : bodies_) {
+        const Motion now = motion_of(body.id);
+        const double change = std::hypot(now.x - body.before.x, now.y - body.before.y);
+        const double turn = std::abs(now.spin - body.before.spin);
+        body.settled = std::hypot(now.x, now.y) < kRestingSpeed && std::abs(now.spin) < kRestingSpin &&
+                       change * kSettling < kRestingSpeed * time_step_ && turn * kSettling < kRestingSpin * time_step_;
+    }
 }
 
 // What ODE left out of a body's way [m], [rad].

@@ -53,8 +53,14 @@ class AverageVelocity {
     // When in the step bodies first collide [s]; infinity if none do.
     double first_collision() const;
 
-    // After it.
+    // After it: moves the bodies.
     void apply();
+
+    // When all is moved: finds who has settled.
+    void settle();
+
+    // Did the body neither move nor change its speed in the last step?
+    bool has_settled(int body) const { return bodies_[body].settled; }
 
   private:
     struct Motion {
@@ -67,6 +73,7 @@ class AverageVelocity {
         Motion missing;                // way [m] and turn [rad] to add
         int group;                     // number of another body of its group, or its own
         bool in_touch;                 // with anything
+        bool settled;                  // since the last step
         bool collides;                 // anybody of the group; true at its root
     };
 

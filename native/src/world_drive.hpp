@@ -29,6 +29,9 @@ class Drive {
     // Holds until set anew; rim speeds in [m/s].
     virtual void set_rim_speeds(double left_speed, double right_speed) { rim_speeds_ = {left_speed, right_speed}; }
 
+    // Before a step is laid out, maybe not for the first time.
+    virtual void forget() {}
+
     // Contacts of wheels and casters with the floor in a step of this length [s]. `is_free`: nothing else touches the
     // robot in it.
     virtual void add_floor_contacts(Contacts& contacts, double time_step, bool is_free) = 0;

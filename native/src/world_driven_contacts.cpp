@@ -31,6 +31,11 @@ class DrivenContacts : public Drive {
         return {speed * forward[0], speed * forward[1], 0};
     }
 
+    void forget() override {
+        full_grip_ = 0;
+        given_ = {};
+    }
+
     void add_floor_contacts(Contacts& contacts, double time_step, bool is_free) override {
         // Wheels where they are and as they point in the middle of the step: its start would bend every curve outwards.
         rolling_ = turned(axis(body(), 0), turning_rate(is_free) * time_step / 2);
@@ -55,7 +60,7 @@ class DrivenContacts : public Drive {
         const double across = v[1] * rolling_[0] - v[0] * rolling_[1];
         for (const Side side : {left, right}) {
             const double along = slip_along(side, rolling_);
-            const bool goes_on = given_[side] * along <= 0;
+            const bool goes_on = !(given_[side] * along > 0);  // nor if it is no number: fold_state() finds that
             doubts_ |= !goes_on;
             holds &= goes_on && !grips_[side].leapt(along, across);
         }
@@ -86,6 +91,7 @@ class DrivenContacts : public Drive {
             m * (std::abs(v[0] * y[0] + v[1] * y[1]) / time_step + std::abs(wanted.speed * wanted.turning) / 2);
         // Of the whole weight's friction: a thrust also takes load off the wheels.
         const double whole = scene_.physics.wheel_friction * m * scene_.physics.gravity;
+        if (whole <= 0) return false;
         const double forward = std::abs(thrust) * whole / traction_limit(scene_) + std::abs(twist);
         return forward * forward + sideways * sideways < whole * whole;
     }
@@ -101,7 +107,8 @@ class DrivenContacts : public Drive {
         const double turn_late = std::abs(turn_change) / largest_turning_change() / 2;
         const double turn = wanted.turning * time_step - turn_change * turn_late;
         const Vector mean = turned(forward, turn / 2);
-        const double way = wanted.speed * time_step - change * late;
+        const double arc = wanted.speed * time_step - change * late;
+        const double way = turn == 0 ? arc : arc * std::sin(turn / 2) / (turn / 2);  // the arc's chord
 
         dQuaternion turn_quaternion, after;
         dQFromAxisAndAngle(turn_quaternion, 0, 0, 1, turn);
