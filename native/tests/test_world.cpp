@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "epuck.hpp"
 #include "error.hpp"
 #include "fixture.hpp"
 #include "rng.hpp"
@@ -82,6 +83,41 @@ TEST_CASE("robots that press the box to the wall do not enter it") {
             CHECK(world.box_pose().y == doctest::Approx(0.41).epsilon(1e-4));
         }
     }
+}
+
+TEST_CASE("a box that slides and turns does so alike in the mirror") {
+    for (const double spin : {0.0, 3.0, 10.0}) {
+        const auto thrown = [spin](double side) {
+            Fixture fixture({-0.45, -0.45, 0});
+            fixture.box_at(0, 0, side * 0.3).without_noise();
+            const double velocity[] = {-side * 0.3, 0.4, side * spin};
+            std::copy_n(velocity, 3, fixture.config.box.velocity);
+            const Scene scene = fixture.scene();
+            World world(scene, scene.start_poses);
+            run(world, 1, scene.physics.time_step);
+            return world.box_pose();
+        };
+        const Pose here = thrown(1), there = thrown(-1);
+        CHECK(here.y > 0.01);
+        CHECK(there.x == doctest::Approx(-here.x).epsilon(1e-6));
+        CHECK(there.y == doctest::Approx(here.y).epsilon(1e-6));
+        CHECK(there.heading == doctest::Approx(-here.heading).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("what is slow to start does not rest for ever") {
+    // A robot pushes a box without friction: m v' = F, with the traction that statics leave.
+    Fixture fixture({0, -0.126, kPi / 2});
+    fixture.box_at(0, 0).without_noise();
+    fixture.config.physics.box_friction = 0;
+    fixture.config.physics.time_step = 0.0005;
+    fixture.config.box.mass = 500;
+    fixture.config.physics.contact_cfm = 1e-6;
+    const Scene scene = fixture.scene();
+    World world(scene, scene.start_poses);
+    world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
+    run(world, 4, 0.0005);
+    CHECK(world.box_pose().y == doctest::Approx(traction_limit(scene) / 500 * 16 / 2).epsilon(0.02));
 }
 
 TEST_CASE("walls and other robots stop a robot") {
