@@ -4,17 +4,18 @@
 // a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
 //
 // Model
-//   - Floor: each wheel touches below its hub, a caster at its tip (world_articulated.cpp), the box at its four
-//   corners.
-//     With driven contacts all stays level and loads are the shares of the weight: what ODE's friction, which takes its
-//     limits from the normal forces that hold without it, makes of them in any case. Half of the solver's rows go.
+//   - Floor, with driven contacts: bodies stay level, and what presses on the floor is known by statics. So friction
+//     alone is solved for, with limits of its own; half of the solver's rows go.
+//   - Floor, articulated: each wheel touches below its hub, a caster at its tip, the box at its four corners.
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
 //     force's centre along it is taken where it tips neither body.
 //     Simplification: outlines are those of the upright body; tilts here stay below a few degrees.
 //   - A contact is made before touch. It allows no faster approach than closes the gap within the step. So a body
 //     never sinks into another by the distance of one step, whatever the time step.
-//   - Friction is Coulomb's in a pyramid along the given direction; ODE takes its limit from the normal forces that
-//     hold without friction.
+//   - Friction is Coulomb's: in a circle for wheels (world_grip.hpp), else in a pyramid along the given direction. That
+//     of sides takes its limit from the normal forces that hold without it.
+//
+// Speeds and lengths named below are tuned to the E-puck; scene.cpp refuses what is too fast for them.
 #include "world.hpp"
 
 #include <algorithm>

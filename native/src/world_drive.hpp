@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a robot is built and driven inside ODE. Two models of the same robot:
 //
-//   driven contacts  One rigid body that stays level; what its wheels carry follows from statics. Each wheel is a
-//   contact
-//                    whose surface runs backwards at its rim's speed.
-//   articulated      The reference, free in three dimensions: a chassis on casters and two wheel bodies on hinges with
-//                    torque-limited velocity motors. Slower by the bodies, contacts and joints that it adds, and true
-//                    at small time steps only.
+//   - Driven contacts: one rigid body that stays level; what its wheels carry follows from statics. Each wheel is a
+//     contact whose surface runs backwards at its rim's speed.
+//   - Articulated, the reference: free in three dimensions, a chassis on casters and two wheel bodies on hinges with
+//     torque-limited velocity motors. Slower by the bodies, contacts and joints that it adds, and true at small time
+//     steps only.
 #pragma once
 
 #include <array>

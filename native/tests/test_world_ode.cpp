@@ -91,8 +91,7 @@ class LeaksOnPurpose {
 
 }  // namespace
 
-// ---- bodies
-// ----------------------------------------------------------------------------------------------------------
+// ---- bodies ----
 
 TEST_CASE("a body that falls falls by the closed formula of the solver's steps") {
     Cubes cubes(1, kGravity);
@@ -161,8 +160,7 @@ TEST_CASE("a point of a body is found in the world") {
     CHECK(to_world(nodding, {0.1, 0, 0})[2] == doctest::Approx(-0.1));
 }
 
-// ---- contacts
-// --------------------------------------------------------------------------------------------------------
+// ---- contacts ----
 
 TEST_CASE("a gap may close within the step and no more") {
     for (const double gap : {1e-5, 1e-3, 0.02}) {
@@ -293,8 +291,7 @@ TEST_CASE("contacts that were forgotten act no more") {
     CHECK(dBodyGetLinearVel(cubes.bodies[0])[2] == -1);
 }
 
-// ---- worlds
-// ----------------------------------------------------------------------------------------------------------
+// ---- worlds ----
 
 TEST_CASE("worlds stepped side by side in threads give the bits of one alone") {
     const std::vector<double> alone = tumbled();
