@@ -215,32 +215,23 @@ struct World::Impl {
         const double speed = std::hypot(v[0], v[1]);
         const Vector direction =
             speed > kSlidingSpeed ? Vector{v[0] / speed, v[1] / speed, 0} : Vector{cosine, sine, 0};
-        if (is_level) add_box_friction(direction);
         for (int corner = 0; corner < kBoxCorners; ++corner) {
             const double x = (corner & 1 ? 0.5 : -0.5) * scene.box.size[0];
             const double y = (corner & 2 ? 0.5 : -0.5) * scene.box.size[1];
-            if (!is_level) add_box_foot(x, y, direction);
+            add_box_foot(x, y, direction, scene.physics.box_friction * (1 + corner * kTieBreak));
             const Vector edge = to_world(box, {x, y, 0});
             add_wall_contacts({box, box_number}, edge[0], edge[1], 0,
                               std::min(scene.box.size[2], scene.arena.wall_height) / 2);
         }
     }
 
-    void add_box_foot(double x, double y, const Vector& direction) {
+    void add_box_foot(double x, double y, const Vector& direction, double mu) {
         const Vector foot = to_world(box, {x, y, -scene.box.size[2] / 2});
-        const double mu = scene.physics.box_friction;
-        contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
-    }
-
-    // Two points rub for four corners, as far from the middle: the same force where the box slides, the same torque
-    // where it turns, with half the rows. On its long axis, so that mirror images stay mirror images.
-    void add_box_friction(const Vector& direction) {
-        const double half_load = scene.box.mass * scene.physics.gravity / 2, mu = scene.physics.box_friction;
-        for (const double side : {-1.0, 1.0}) {
-            const Vector point = to_world(box, {side * box_reach, 0, 0});
-            const double limit = side > 0 ? mu * (1 + kTieBreak) : mu;
-            contacts.add_level(box, point[0], point[1], {direction, limit, limit, 0, half_load});
-        }
+        const double load = scene.box.mass * scene.physics.gravity / kBoxCorners;
+        if (!is_level)
+            contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
+        else if (mu > 0)
+            contacts.add_level(box, foot[0], foot[1], {direction, mu, mu, 0, load});
     }
 
     // All contacts of a step of this length [s].
