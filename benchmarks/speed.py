@@ -277,7 +277,7 @@ def plot(results: dict[str, list[tuple[str, list[float], str]]], sizes: dict[int
     left.set_xlabel("simulated seconds per CPU second")
     right.loglog(list(sizes), [1e6 / (rate * n) for n, rate in sizes.items()], "o-", color="#0072B2")
     right.set_xlabel("robots, arena scaled")
-    right.set_ylabel("CPU microseconds per robot and simulated second")
+    right.set_ylabel("CPU us per robot and simulated s")
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
     figure.tight_layout()

@@ -327,29 +327,29 @@ struct World::Impl {
     // the step is over. So it is taken in short pieces.
     void step() {
         const double driven = 2 * rim_speed(scene.robot, 1, scene.noise.wheels);
-        double rest = scene.physics.time_step;
-        for (double pieces = 0; pieces != 1; rest -= rest / pieces) {
+        double left_over = scene.physics.time_step;
+        for (double pieces = 0; pieces != 1; left_over -= left_over / pieces) {
             const double speed = fastest_motion();
-            pieces = speed > driven ? std::clamp(std::ceil(rest * speed / kThrownWay), 1.0, kMostPieces) : 1;
-            advance(rest / pieces);
+            pieces = speed > driven ? std::clamp(std::ceil(left_over * speed / kThrownWay), 1.0, kMostPieces) : 1;
+            advance(left_over / pieces);
         }
         note_extremes();
     }
 
     // A step in which bodies collide is cut there: up to the collision, the blow itself, and the rest. In one piece,
     // friction would act before the blow as it does after it.
-    void advance(double rest) {
-        for (int cut = 0; cut < kMostCuts && rest > kShortestCut; ++cut) {
-            add_all_contacts(rest, false);
+    void advance(double left_over) {
+        for (int cut = 0; cut < kMostCuts && left_over > kShortestCut; ++cut) {
+            add_all_contacts(left_over, false);
             const double collision = average.first_collision();
-            if (collision >= rest - kBlow) break;
+            if (collision >= left_over - kBlow) break;
             // A hair short of it: a gap that closes exactly at the end of a step would tie the solver's rows.
             const double run_up = collision > kBlow ? collision - kHair : 0;
             if (run_up > 0) solve(run_up);
             solve(kBlow);
-            rest -= run_up + kBlow;
+            left_over -= run_up + kBlow;
         }
-        solve(rest);
+        solve(left_over);
     }
 
     // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP internal error"):

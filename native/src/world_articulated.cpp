@@ -118,7 +118,8 @@ class Articulated : public Drive {
         return {below({p[0], p[1], p[2]}, scene_.robot.wheel_radius, level.down_in_wheel_plane), level.forward};
     }
 
-    // What is left of the robot without its wheels, such that all together have the robot's mass, centre and inertia.
+    // What is left of the robot without its wheels, such that all together have its mass, centre and inertia about the
+    // vertical. Simplification: about horizontal axes the offsets of chassis and hubs from the centre are left out.
     struct Chassis {
         double mass, height, horizontal, vertical;
     };
