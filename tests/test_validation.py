@@ -151,6 +151,24 @@ def test_invariants_hold_under_stress(crowd: invariants.Crowd, monkeypatch: pyte
     assert found.fallen() == 0
 
 
+def test_what_is_free_in_three_dimensions_stays_on_the_floor() -> None:
+    """The default drive keeps bodies level; only on the articulated one can they sink, fly or tip."""
+    n, team = 20, Config().team.robots
+    config = changed(
+        Config(),
+        physics={"drive": "articulated", "time_step": 0.005},
+        team={"start": "random"},
+        episode={"horizon": 20.0},
+    )
+    drivers = np.repeat(np.arange(n, dtype=np.uint32)[:, np.newaxis], team, axis=1)
+    done = simulate(Scene(config), random_networks(n, seed=5, forward=2.0), keys(n), drivers)
+    assert not done.status.any()
+    assert done.unsolved_steps.sum() == 0
+    assert done.max_penetration.max() < invariants.DEEPEST
+    assert 1e-6 < done.max_lift.max() < 0.001
+    assert 0.999 < done.min_upright.min() < 1 - 1e-6
+
+
 def test_a_fallen_robot_is_an_outcome() -> None:
     """A tall robot on short casters that drives against the box falls on its back; the episode goes on and says so."""
     tall = changed(

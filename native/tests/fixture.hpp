@@ -3,9 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "scene.hpp"
+#include "world.hpp"
 
 namespace swarmevo {
 
@@ -69,5 +71,9 @@ struct Fixture {
 
     Scene scene() const { return Scene(config); }
 };
+
+inline void run(World& world, double seconds, double time_step) {
+    for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();
+}
 
 }  // namespace swarmevo

@@ -20,10 +20,6 @@ constexpr double kTopSpeed = 6.28 * 0.0205;  // [m/s]
 // A robot at top speed has 7e-4 J.
 constexpr double kContactEnergy = 1e-8;
 
-void run(World& world, double seconds, double time_step) {
-    for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();
-}
-
 // Where the box's centre ends when n robots push its face for a minute.
 double push(int n, double time_step) {
     Fixture fixture(Fixture::aligned(n));

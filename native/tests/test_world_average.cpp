@@ -8,13 +8,7 @@
 
 using namespace swarmevo;
 
-namespace {
-
-void run(World& world, double seconds, double time_step) {
-    for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("a sliding box stops after v^2 / (2 mu g), at every time step") {
     for (const double time_step : {0.001, 0.005, 0.02, 0.05})
