@@ -55,9 +55,9 @@ int run(const char* name) {
     std::vector<Weights> all;
     if (!std::strcmp(name, "roaming")) all = {avoiding()};
     if (!std::strcmp(name, "random"))
-        for (unsigned i = 0; i < 8; ++i) all.push_back(random_weights(i));
+        for (unsigned i = 0; i < 40; ++i) all.push_back(random_weights(i));
     if (!std::strcmp(name, "pushing")) {
-        all = {driving()};
+        all.assign(20, driving());
         for (int i = 0; i < 5; ++i) {
             const double pose[] = {0.0715 * (i - 2), -9.527, kPi / 2};
             std::copy_n(pose, 3, &fixture.poses[3 * static_cast<std::size_t>(i)]);

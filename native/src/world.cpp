@@ -10,6 +10,9 @@
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
 //     force's centre along it is taken where it tips neither body.
 //     Simplification: outlines are those of the upright body; tilts here stay below a few degrees.
+//   - What mostly goes on as it did is assumed to: wheels that slip (world_driven_contacts.cpp), a box that stands or
+//     slides (world_box.hpp), gaps that nothing is about to close. That leaves a small problem for the solver. Where it
+//     did not come true, the step is taken back and solved in full.
 //   - A contact is made before touch. It allows no faster approach than closes the gap within the step. So a body
 //     never sinks into another by the distance of one step, whatever the time step.
 //   - Friction is Coulomb's: in a circle for wheels (world_grip.hpp), else in a pyramid along the given direction. That
@@ -24,6 +27,7 @@
 
 #include "error.hpp"
 #include "world_average.hpp"
+#include "world_box.hpp"
 #include "world_drive.hpp"
 #include "world_ode.hpp"
 
@@ -34,8 +38,6 @@ namespace {
 constexpr double kLargestCorrection = 0.1;
 // A body slower than this stops [m/s], [rad/s]: friction would halve its speed for ever, until it cannot be divided by.
 constexpr double kLeastSpeed = 1e-15;
-// Below this speed friction on the box acts along its edges, above along its motion [m/s].
-constexpr double kSlidingSpeed = 1e-3;
 // How often a step is halved at most where ODE's solver stalls.
 constexpr int kDeepestHalving = 4;
 // Length of the step that a collision takes, and the shortest step that is cut for one [s].
@@ -45,7 +47,7 @@ constexpr int kMostCuts = 4;
 // Farthest that a body that was thrown moves in one piece of a step [m], since contacts are those of the piece's
 // beginning; and pieces at most.
 constexpr double kThrownWay = 1e-3, kMostPieces = 1e4;
-constexpr int kWalls = 4, kBoxCorners = 4;
+constexpr int kWalls = 4;
 
 // Potential above rest and kinetic energy [J].
 double energy_of(dBodyID body, double resting_height, double gravity) {
@@ -77,8 +79,8 @@ struct World::Impl {
         bool coasts = false;                  // and so it needs no solver
         bool is_steady = false;               // its wheels' speeds are those of the last step
         bool pushing = false;
-        Vector push_normal{};   // from the box to the robot
-        dJointFeedback push{};  // on the box, by the last step
+        Vector push_point{}, push_normal{};  // on the box; from there to the robot
+        dJointFeedback push{};               // by the box, when this was last solved for
     };
 
     const Scene& scene;
@@ -86,21 +88,21 @@ struct World::Impl {
     Contacts contacts;
     AverageVelocity average;
     std::vector<Robot> robots;
-    dBodyID box;
+    Box box;
     int box_number;               // in `average`
     std::vector<dBodyID> bodies;  // all
     bool is_level;                // all bodies stay so, and their loads are known
-    double box_reach;             // from the box's middle to its corners [m]
     double reach;                 // gap below which a side contact is made [m]
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
-    double prepared = 0;  // the contacts that are there are for a step of this length from the present state [s]
+    bool cautious = false;  // bodies met in this step that were not likely to
+    double prepared = 0;    // the contacts that are there are for a step of this length from the present state [s]
 
     Impl(const Scene& description, const std::vector<Pose>& starts)
         : scene(description),
           contacts(ode, description.physics),
-          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS),
-          box_reach(std::hypot(description.box.size[0], description.box.size[1]) / 2) {
+          box(description, ode.id()),
+          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) {
         dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
         dWorldSetERP(ode.id(), scene.physics.contact_erp);
         dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
@@ -109,7 +111,7 @@ struct World::Impl {
         // Two robots approach each other by at most two thirds of this within a step; the rest is for shoves.
         const double fastest = 3 * rim_speed(scene.robot, 1, scene.noise.wheels);
         const double thrown =
-            std::hypot(scene.box.velocity[0], scene.box.velocity[1]) + std::abs(scene.box.velocity[2]) * box_reach;
+            std::hypot(scene.box.velocity[0], scene.box.velocity[1]) + std::abs(scene.box.velocity[2]) * box.reach();
         reach = (fastest + thrown) * scene.physics.time_step;
 
         robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
@@ -131,21 +133,12 @@ struct World::Impl {
     }
 
     void add_box() {
-        const swe_box_config& b = scene.box;
-        dMass mass;
-        dMassSetBoxTotal(&mass, b.mass, b.size[0], b.size[1], b.size[2]);
-        const Vector centre = {b.pose[0], b.pose[1], b.size[2] / 2};
-        box = is_level ? create_level_body(ode.id(), centre, b.pose[2], b.mass, mass.I[10])
-                       : create_body(ode.id(), centre, b.pose[2], 0, mass);
-        dBodySetLinearVel(box, b.velocity[0], b.velocity[1], 0);
-        dBodySetAngularVel(box, 0, 0, b.velocity[2]);
-        bodies.push_back(box);
-
+        bodies.push_back(box.body());
         // Friction sits on the corners; turning about the middle each has half a diagonal as its lever.
         const double pull = scene.physics.box_friction * scene.physics.gravity;
-        const double gyration_squared = box_reach * box_reach / 3;
+        const double gyration_squared = box.reach() * box.reach() / 3;
         box_number = static_cast<int>(robots.size());
-        average.add_body(box, {pull, pull * box_reach / gyration_squared});
+        average.add_body(box.body(), {pull, pull * box.reach() / gyration_squared});
     }
 
     // ---- contacts ----
@@ -158,16 +151,22 @@ struct World::Impl {
 
     static Solid solid(const Robot& robot) { return {robot.drive->body(), robot.number}; }
 
-    // A contact between sides: horizontal normal, friction along the horizontal tangent only. nullptr if the bodies
-    // cannot meet in this step.
-    dJointID add_side_contact(const Solid& first, const Solid& second, double x, double y, double height,
-                              double normal_x, double normal_y, double gap) {
-        if (gap >= reach || !average.note({first.number, second.number, x, y, normal_x, normal_y, gap})) return nullptr;
-        return contacts.add(first.body, second.body, {x, y, height}, {normal_x, normal_y, 0}, gap,
-                            {{-normal_y, normal_x, 0}, scene.physics.side_friction, 0, 0});
+    using Meeting = AverageVelocity::Meeting;
+
+    // A contact between sides: horizontal normal, friction along the horizontal tangent only. None is made where bodies
+    // are not likely to meet.
+    Meeting add_side_contact(const Solid& first, const Solid& second, double x, double y, double height,
+                             double normal_x, double normal_y, double gap, dJointFeedback* feedback = nullptr) {
+        if (gap >= reach) return Meeting::impossible;
+        const Meeting meeting = average.note({first.number, second.number, x, y, normal_x, normal_y, gap});
+        if (meeting == Meeting::likely)
+            dJointSetFeedback(contacts.add(first.body, second.body, {x, y, height}, {normal_x, normal_y, 0}, gap,
+                                           {{-normal_y, normal_x, 0}, scene.physics.side_friction, 0, 0}),
+                              feedback);
+        return meeting;
     }
 
-    // True if a wall is so near that a contact was made.
+    // True if a wall is near.
     bool add_wall_contacts(const Solid& body, double x, double y, double radius, double height) {
         const double half = scene.arena.size / 2;
         const double gaps[kWalls] = {half - radius - x, half - radius + x, half - radius - y, half - radius + y};
@@ -176,7 +175,7 @@ struct World::Impl {
         for (int wall = 0; wall < kWalls; ++wall) {
             const double nx = normals[wall][0], ny = normals[wall][1], to_wall = radius + gaps[wall];
             near |= add_side_contact(body, kWallSolid, x - nx * to_wall, y - ny * to_wall, height, nx, ny,
-                                     gaps[wall]) != nullptr;
+                                     gaps[wall]) != Meeting::impossible;
         }
         return near;
     }
@@ -189,7 +188,7 @@ struct World::Impl {
         const double distance = std::sqrt(square);
         if (add_side_contact(solid(first), solid(second), (p[0] + q[0]) / 2, (p[1] + q[1]) / 2,
                              scene.robot.centre_of_mass, dx / distance, dy / distance,
-                             distance - 2 * scene.robot.radius))
+                             distance - 2 * scene.robot.radius) != Meeting::impossible)
             first.is_free = second.is_free = false;
     }
 
@@ -199,45 +198,31 @@ struct World::Impl {
         const Separation s = separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
                                                            scene.box.size[0] / 2, scene.box.size[1] / 2);
         robot.push_normal = {cosine * s.normal_x - sine * s.normal_y, sine * s.normal_x + cosine * s.normal_y, 0};
-        const dJointID joint = add_side_contact(
-            solid(robot), {box, box_number}, at.x + cosine * s.nearest_x - sine * s.nearest_y,
-            at.y + sine * s.nearest_x + cosine * s.nearest_y, std::min(scene.box.size[2], scene.robot.height) / 2,
-            robot.push_normal[0], robot.push_normal[1], s.distance - scene.robot.radius);
-        robot.pushing = joint != nullptr;
-        if (!robot.pushing) return;
-        robot.is_free = false;
-        if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) dJointSetFeedback(joint, &robot.push);
+        robot.push_point = {at.x + cosine * s.nearest_x - sine * s.nearest_y,
+                            at.y + sine * s.nearest_x + cosine * s.nearest_y, 0};
+        const Meeting meeting =
+            add_side_contact(solid(robot), {box.stands() ? nullptr : box.body(), box_number}, robot.push_point[0],
+                             robot.push_point[1], std::min(scene.box.size[2], scene.robot.height) / 2,
+                             robot.push_normal[0], robot.push_normal[1], s.distance - scene.robot.radius, &robot.push);
+        robot.pushing = meeting == Meeting::likely;
+        if (meeting != Meeting::impossible) robot.is_free = false;
     }
 
     // Floor below the box and walls at its corners.
-    void add_box_contacts(double cosine, double sine) {
-        const dReal* v = dBodyGetLinearVel(box);
-        const double speed = std::hypot(v[0], v[1]);
-        const Vector direction =
-            speed > kSlidingSpeed ? Vector{v[0] / speed, v[1] / speed, 0} : Vector{cosine, sine, 0};
-        for (int corner = 0; corner < kBoxCorners; ++corner) {
-            const double x = (corner & 1 ? 0.5 : -0.5) * scene.box.size[0];
-            const double y = (corner & 2 ? 0.5 : -0.5) * scene.box.size[1];
-            add_box_foot(x, y, direction, scene.physics.box_friction * (1 + corner * kTieBreak));
-            const Vector edge = to_world(box, {x, y, 0});
-            add_wall_contacts({box, box_number}, edge[0], edge[1], 0,
-                              std::min(scene.box.size[2], scene.arena.wall_height) / 2);
+    void add_box_contacts() {
+        box.add_floor_contacts(contacts);
+        const double height = std::min(scene.box.size[2], scene.arena.wall_height) / 2;
+        const dReal* centre = dBodyGetPosition(box.body());
+        for (int i = 0; i < Box::kCorners; ++i) {
+            const Vector corner = box.corner(i);
+            add_wall_contacts({box.body(), box_number}, centre[0] + corner[0], centre[1] + corner[1], 0, height);
         }
-    }
-
-    void add_box_foot(double x, double y, const Vector& direction, double mu) {
-        const Vector foot = to_world(box, {x, y, -scene.box.size[2] / 2});
-        const double load = scene.box.mass * scene.physics.gravity / kBoxCorners;
-        if (!is_level)
-            contacts.add(box, nullptr, foot, {0, 0, 1}, foot[2], {direction, mu, mu, 0});
-        else if (mu > 0)
-            contacts.add_level(box, foot[0], foot[1], {direction, mu, mu, 0, load});
     }
 
     // All contacts of a step of this length [s].
     void add_all_contacts(double time_step, bool soft) {
         contacts.begin(time_step, soft);
-        average.begin(time_step);
+        average.begin(time_step, !is_level || cautious);
         prepared = soft ? 0 : time_step;
         for (const Robot& robot : robots) {
             robot.drive->forget();
@@ -245,7 +230,8 @@ struct World::Impl {
             average.intend(robot.number, aim[0], aim[1]);
         }
         const double wall_height = std::min(scene.arena.wall_height, scene.robot.height) / 2;
-        const Pose at = pose_of(box);
+        box.assume(average.has_settled(box_number));
+        const Pose at = pose_of(box.body());
         const double cosine = std::cos(at.heading), sine = std::sin(at.heading);
         for (std::size_t i = 0; i < robots.size(); ++i) {
             const dReal* p = dBodyGetPosition(robots[i].drive->body());
@@ -260,22 +246,23 @@ struct World::Impl {
             set_enabled(robot.drive->body(), is_solved);
             if (is_solved) robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
         }
-        set_enabled(box, !rest[box_number]);
-        if (!rest[box_number]) add_box_contacts(cosine, sine);
+        set_enabled(box.body(), !box.stands());
+        if (!box.stands()) add_box_contacts();
     }
 
     // Who stays as it is in this step, by number: at rest after the last one, under the same forces, and all that touch
-    // it alike. Among them are a box left alone and robots that push in vain.
+    // it alike; a box that stands is like a wall. Among them are robots that push in vain.
     std::vector<char> who_rests() const {
-        std::vector<char> rest;
+        std::vector<char> rest(robots.size() + 1);
         // The reference leaves nothing out. Forces settle a little later than motions: not good enough for a sensor of
         // force.
-        const bool may_rest = is_level && scene.sensors.touch_mode != SWE_TOUCH_MODE_FORCE;
+        if (!is_level || scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) return rest;
         for (const Robot& robot : robots)
-            rest.push_back(may_rest && !robot.is_free && robot.is_steady && average.has_settled(robot.number));
-        rest.push_back(is_level && average.has_settled(box_number));
+            rest[robot.number] = !robot.is_free && robot.is_steady && average.has_settled(robot.number);
         const auto wake_up = [&](const AverageVelocity::Touch& touch) {
-            if (touch.second == AverageVelocity::kWall || rest[touch.first] == rest[touch.second]) return false;
+            const bool is_fixed =
+                touch.second == AverageVelocity::kWall || (touch.second == box_number && box.stands());
+            if (is_fixed || rest[touch.first] == rest[touch.second]) return false;
             rest[touch.first] = rest[touch.second] = false;
             return true;
         };
@@ -307,7 +294,7 @@ struct World::Impl {
     //
     // step()     the time step; in short pieces where something was thrown
     // advance()  a piece; cut where bodies collide
-    // solve()    a cut; taken back and tried again where wheels slip otherwise than assumed, or ODE's solver stalls
+    // solve()    a cut; taken back and tried again where it went otherwise than assumed, or ODE's solver stalls
     // attempt()  one call of ODE, with the contacts of advance() if they are for the same time
     // finish()   what is to be done after a cut that holds
 
@@ -317,7 +304,7 @@ struct World::Impl {
             const dReal* v = dBodyGetLinearVel(body);
             return std::hypot(v[0], v[1]);
         };
-        double fastest = speed(box) + std::abs(dBodyGetAngularVel(box)[2]) * box_reach;
+        double fastest = speed(box.body()) + std::abs(dBodyGetAngularVel(box.body())[2]) * box.reach();
         for (const Robot& robot : robots) fastest = std::max(fastest, speed(robot.drive->body()));
         if (!std::isfinite(fastest)) throw Error(SWE_PHYSICS_ERROR, "a body's speed is no longer finite");
         return fastest;
@@ -357,13 +344,14 @@ struct World::Impl {
     // alike, then in two halves.
     void solve(double time_step, int depth = 0) {
         std::vector<BodyState> before;
+        before.reserve(bodies.size());
         for (const dBodyID body : bodies) before.push_back(state_of(body));
         const auto take_back = [&] {
             for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
         };
         for (const bool soft : {false, true}) {
             unsigned warnings = attempt(time_step, soft);
-            while (warnings == 0 && !slips_as_assumed()) {
+            while (warnings == 0 && !went_as_assumed()) {
                 take_back();
                 warnings = attempt(time_step, soft);
             }
@@ -387,13 +375,31 @@ struct World::Impl {
         return nothing_to_solve() ? 0 : ode.step(time_step);
     }
 
-    bool slips_as_assumed() {
-        bool holds = true;
+    bool went_as_assumed() {
+        const bool kept_clear = average.kept_clear();
+        cautious |= !kept_clear;
+        bool holds = box.moved_as_assumed(push_on_box()) && kept_clear;
         for (const Robot& robot : robots) holds &= robot.drive->slips_as_assumed();
         return holds;
     }
 
+    // What robots do to the box.
+    Box::Load push_on_box() const {
+        const dReal* centre = dBodyGetPosition(box.body());
+        Box::Load load{};
+        for (const Robot& robot : robots) {
+            if (!robot.pushing) continue;
+            const double x = -robot.push.f1[0], y = -robot.push.f1[1];
+            load.x += x;
+            load.y += y;
+            load.torque += (robot.push_point[0] - centre[0]) * y - (robot.push_point[1] - centre[1]) * x;
+        }
+        return load;
+    }
+
     void finish(double time_step) {
+        box.finish();
+        cautious = false;
         // The reference model runs at steps that need no correction.
         if (is_level) average.apply();
         for (const dBodyID body : bodies) stop_if_still(body);
@@ -412,7 +418,7 @@ struct World::Impl {
             extremes.upright = std::min(extremes.upright, dBodyGetRotation(body)[10]);
         };
         for (const Robot& robot : robots) note(robot.drive->body(), robot.resting_heights[0]);
-        note(box, scene.box.size[2] / 2);
+        note(box.body(), box.height());
     }
 };
 
@@ -432,7 +438,7 @@ Pose World::robot_pose(unsigned robot) const {
     return pose_of(impl_->robots[robot].drive->body());
 }
 Pose World::box_pose() const {
-    return pose_of(impl_->box);
+    return pose_of(impl_->box.body());
 }
 
 double World::push_force(unsigned robot) const {
@@ -443,7 +449,7 @@ double World::push_force(unsigned robot) const {
 
 double World::energy() const {
     const double gravity = impl_->scene.physics.gravity;
-    double sum = energy_of(impl_->box, impl_->scene.box.size[2] / 2, gravity);
+    double sum = energy_of(impl_->box.body(), impl_->box.height(), gravity);
     for (const Impl::Robot& robot : impl_->robots)
         for (std::size_t i = 0; i < robot.resting_heights.size(); ++i)
             sum += energy_of(robot.drive->bodies()[i], robot.resting_heights[i], gravity);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "world_average.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,8 +14,8 @@ constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
 constexpr double kContactGap = 1e-5, kGentle = 0.01;
 // A body slower than this [m/s], [rad/s], that would take longer than this to gain as much [s], has settled.
 constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4, kSettling = 0.1;
-// Speed that others may give a body within a step, beyond what it does and means to do [m/s].
-constexpr double kShove = 0.1;
+// Speed that others may give a body within a step, beyond what it does and means to do, and that they mostly do [m/s].
+constexpr double kShove = 0.1, kUsualShove = 0.02;
 // Gap that may be closed in any step, however short [m].
 constexpr double kSlack = 1e-4;
 constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -30,8 +31,9 @@ AverageVelocity::Motion AverageVelocity::motion_of(dBodyID body) {
     return {v[0], v[1], dBodyGetAngularVel(body)[2]};
 }
 
-void AverageVelocity::begin(double time_step) {
+void AverageVelocity::begin(double time_step, bool cautious) {
     time_step_ = time_step;
+    cautious_ = cautious;
     touches_.clear();
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         Body& body = bodies_[i];
@@ -61,11 +63,20 @@ double AverageVelocity::approach(const Touch& touch, Motion Body::*when) const {
     return speed;
 }
 
-bool AverageVelocity::note(const Touch& touch) {
+AverageVelocity::Meeting AverageVelocity::note(const Touch& touch) {
     const double speed = std::fmax(approach(touch, &Body::before), approach(touch, &Body::intended));
-    if (touch.gap > (speed + kShove) * time_step_ + kSlack) return false;
+    const double shove = (touch.gap - kSlack) / time_step_ - speed;  // what it would take
+    if (shove > kShove) return Meeting::impossible;
     touches_.push_back(touch);
-    return true;
+    touches_.back().is_likely = cautious_ || shove <= kUsualShove;
+    return touches_.back().is_likely ? Meeting::likely : Meeting::unlikely;
+}
+
+bool AverageVelocity::kept_clear() {
+    for (Body& body : bodies_) body.now = motion_of(body.id);
+    return std::none_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
+        return !touch.is_likely && approach(touch, &Body::now) * time_step_ > touch.gap;
+    });
 }
 
 // When in the step bodies collide [s]. Only if they both move towards each other and mean to: one that is about to stop

@@ -33,27 +33,33 @@ class AverageVelocity {
         double x, y;        // where [m]
         double normal_x, normal_y;
         double gap;  // [m]
+        bool is_likely = true;
     };
     static constexpr int kWall = -1;
 
     // Bodies are numbered in the order in which they are added.
     void add_body(dBodyID body, const Limits& limits);
 
-    // Before a step of this length [s]: takes down all velocities.
-    void begin(double time_step);
+    // Before a step of this length [s]: takes down all velocities. `cautious`: whatever can meet is likely to.
+    void begin(double time_step, bool cautious);
 
     // The velocity on the floor that a body's drive is about to give it [m/s]; its present one if it has no drive.
     void intend(int body, double x, double y);
 
-    // False, and not noted, if the bodies cannot meet in the step: they keep apart and do not mean to meet.
-    bool note(const Touch& touch);
+    // Will the bodies meet in the step? Impossible, and not noted, if they keep apart and do not mean to meet; unlikely
+    // if others would have to shove them hard.
+    enum class Meeting { impossible, unlikely, likely };
+    Meeting note(const Touch& touch);
 
     const std::vector<Touch>& touches() const { return touches_; }  // noted since begin()
 
     // When in the step bodies first collide [s]; infinity if none do.
     double first_collision() const;
 
-    // After it: moves the bodies.
+    // After it: did all keep apart that were unlikely to meet?
+    bool kept_clear();
+
+    // And then: moves the bodies.
     void apply();
 
     // When all is moved: finds who has settled.
@@ -87,6 +93,7 @@ class AverageVelocity {
     static void move(const Body& body);
 
     double time_step_ = 0;
+    bool cautious_ = false;
     std::vector<Body> bodies_;
     std::vector<Touch> touches_;
 };

@@ -41,16 +41,17 @@ class DrivenContacts : public Drive {
         rolling_ = turned(axis(body(), 0), turning_rate(is_free) * time_step / 2);
         const double mu = scene_.physics.wheel_friction;
         const std::array<double, 2> loads = wheel_loads();
-        const double both = loads[left] + loads[right];
-        // Both wheels resist a slide along their common axle: one row with both limits does the same.
-        const double across = mu * (grips_[left].across() * loads[left] + grips_[right].across() * loads[right]) / both;
         dBodySetForce(body(), 0, 0, 0);
         dBodySetTorque(body(), 0, 0, 0);
         for (const Side side : {left, right}) {
-            const double along = mu * grips_[side].along() * loads[side] / both * (side == left ? 1 + kTieBreak : 1);
-            add_wheel(contacts, side, {rolling_, along, side == left ? across : 0, rim_speeds_[side], both});
+            const double along = mu * grips_[side].along() * (side == left ? 1 + kTieBreak : 1);
+            add_wheel(contacts, side, {rolling_, along, 0, rim_speeds_[side], loads[side]});
         }
-        full_grip_ = mu * both;
+        // Both wheels resist a slide along their common axle, which goes through the middle.
+        const double across = mu * (grips_[left].across() * loads[left] + grips_[right].across() * loads[right]);
+        across_ = {};
+        if (across > 0) dJointSetFeedback(contacts.add_brake(body(), {-rolling_[1], rolling_[0], 0}, across), &across_);
+        full_grip_ = mu * (loads[left] + loads[right]);
     }
 
     bool slips_as_assumed() override {
@@ -72,7 +73,9 @@ class DrivenContacts : public Drive {
         const Vector x = axis(body(), 0);
         const dReal* v = dBodyGetLinearVel(body());
         for (const Side side : {left, right}) {
-            last_slip_[side] = slip_along(side, x);
+            const double slip = slip_along(side, x);
+            slip_change_[side] = std::abs(slip - last_slip_[side]);
+            last_slip_[side] = slip;
             grips_[side].note_slip(last_slip_[side], v[1] * x[0] - v[0] * x[1], time_step);
         }
         doubts_ = false;
@@ -157,7 +160,7 @@ class DrivenContacts : public Drive {
     }
 
     void add_wheel(Contacts& contacts, Side side, Friction friction) {
-        feedback_[side] = {};
+        along_[side] = {};
         given_[side] = 0;
         const dReal* centre = dBodyGetPosition(body());
         const double y = wheel_centre(scene_.robot, side)[1];
@@ -168,21 +171,20 @@ class DrivenContacts : public Drive {
                                centre[2]);
             friction.along = 0;
         }
-        if (friction.along > 0 || friction.across > 0)
-            dJointSetFeedback(contacts.add_level(body(), at_x, at_y, friction), &feedback_[side]);
+        if (friction.along > 0) dJointSetFeedback(contacts.add_level(body(), at_x, at_y, friction), &along_[side]);
     }
 
-    // It slipped after the last step, and the present command of its motor did not change that.
+    // It slipped after the last step, faster than that changed, and the present command of its motor leaves that so.
     bool goes_on_slipping(Side side) const {
         const double then = last_slip_[side], now = slip_along(side, rolling_);
-        return !doubts_ && then * now > 0 && std::min(std::abs(then), std::abs(now)) > kSureSlip;
+        return !doubts_ && then * now > 0 && std::min(std::abs(then), std::abs(now)) > kSureSlip + slip_change_[side];
     }
 
     void note_forces() {
         if (full_grip_ <= 0) return;  // it coasted or rested
         const double given = given_[left] + given_[right];
-        const double fx = feedback_[left].f1[0] + feedback_[right].f1[0] + given * rolling_[0];
-        const double fy = feedback_[left].f1[1] + feedback_[right].f1[1] + given * rolling_[1];
+        const double fx = across_.f1[0] + along_[left].f1[0] + along_[right].f1[0] + given * rolling_[0];
+        const double fy = across_.f1[1] + along_[left].f1[1] + along_[right].f1[1] + given * rolling_[1];
         forward_share_ = (fx * rolling_[0] + fy * rolling_[1]) / full_grip_;
         sideways_share_ = (fy * rolling_[0] - fx * rolling_[1]) / full_grip_;
         full_grip_ = 0;
@@ -193,12 +195,14 @@ class DrivenContacts : public Drive {
         return is_free ? wanted_motion().turning : dBodyGetAngularVel(body())[2];
     }
 
-    Vector rolling_{};                          // direction in which the wheels roll in the step that is taken
-    std::array<dJointFeedback, 2> feedback_{};  // of the wheels' contacts in it
-    std::array<double, 2> given_{};             // forces along `rolling_` that were assumed in it [N]
-    std::array<double, 2> last_slip_{};         // along, after the last step [m/s]
-    bool doubts_ = false;                       // an assumption of this step was wrong
-    double full_grip_ = 0;                      // of both wheels in the step that is taken [N]
+    Vector rolling_{};                       // direction in which the wheels roll in the step that is taken
+    std::array<dJointFeedback, 2> along_{};  // what the wheels' contacts did in it
+    dJointFeedback across_{};                // and their friction along the axle
+    std::array<double, 2> given_{};          // forces along `rolling_` that were assumed in it [N]
+    std::array<double, 2> last_slip_{};      // along, after the last step [m/s]
+    std::array<double, 2> slip_change_{};    // in it [m/s]
+    bool doubts_ = false;                    // an assumption of this step was wrong
+    double full_grip_ = 0;                   // of both wheels in the step that is taken [N]
     // Forces of both wheels in the last step over their full grip.
     double forward_share_ = 0, sideways_share_ = 0;
 };

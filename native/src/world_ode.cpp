@@ -175,6 +175,32 @@ dJointID Contacts::add_level(dBodyID body, double x, double y, const Friction& f
     return create(body, nullptr, contact);
 }
 
+dJointID Contacts::add_brake(dBodyID body, const Vector& direction, double limit) {
+    const dJointID joint = dJointCreateLMotor(world_.id(), group_);
+    dJointAttach(joint, body, nullptr);
+    dJointSetLMotorNumAxes(joint, 1);
+    dJointSetLMotorAxis(joint, 0, 0, direction[0], direction[1], direction[2]);
+    dJointSetLMotorParam(joint, dParamFMax, limit);
+    ++count_;
+    if (soft_) dJointSetLMotorParam(joint, dParamCFM, softness());
+    return joint;
+}
+
+dJointID Contacts::add_turning_brake(dBodyID body, double limit) {
+    const dJointID joint = dJointCreateAMotor(world_.id(), group_);
+    dJointAttach(joint, body, nullptr);
+    dJointSetAMotorNumAxes(joint, 1);
+    dJointSetAMotorAxis(joint, 0, 0, 0, 0, 1);
+    dJointSetAMotorParam(joint, dParamFMax, limit);
+    ++count_;
+    if (soft_) dJointSetAMotorParam(joint, dParamCFM, softness());
+    return joint;
+}
+
+double Contacts::softness() const {
+    return physics_.contact_cfm * (2 + count_ % 13 / 13.0);
+}
+
 dJointID Contacts::create(dBodyID first, dBodyID second, dContact& contact) {
     if (soft_) soften(contact);
     ++count_;
@@ -184,9 +210,8 @@ dJointID Contacts::create(dBodyID first, dBodyID second, dContact& contact) {
 }
 
 void Contacts::soften(dContact& contact) const {
-    const double softness = physics_.contact_cfm * (2 + count_ % 13 / 13.0);
     contact.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
-    contact.surface.soft_cfm = contact.surface.slip1 = contact.surface.slip2 = softness;
+    contact.surface.soft_cfm = contact.surface.slip1 = contact.surface.slip2 = softness();
 }
 
 void provoke_ode_assertion() {

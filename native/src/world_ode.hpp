@@ -86,11 +86,17 @@ class Contacts {
     // Friction with the floor at a point of a level body, whose load is known.
     dJointID add_level(dBodyID body, double x, double y, const Friction& friction);
 
+    // Friction at the middle of a level body: against motion along a direction [N], against turning [N m]. Cheaper than
+    // add_level(), and cheaper still with dInfinity as the limit.
+    dJointID add_brake(dBodyID body, const Vector& direction, double limit);
+    dJointID add_turning_brake(dBodyID body, double limit);
+
     double deepest_overlap() const { return deepest_overlap_; }  // since the world began [m]
 
   private:
     dJointID create(dBodyID first, dBodyID second, dContact& contact);
     void soften(dContact& contact) const;
+    double softness() const;
 
     const swe_physics_config& physics_;
     const OdeWorld& world_;

@@ -5,10 +5,9 @@
 
 #include "fixture.hpp"
 #include "world.hpp"
+#include "world_average.hpp"
 
 using namespace swarmevo;
-
-namespace {}  // namespace
 
 TEST_CASE("a sliding box stops after v^2 / (2 mu g), at every time step") {
     for (const double time_step : {0.001, 0.005, 0.02, 0.05})
@@ -54,4 +53,31 @@ TEST_CASE("a robot that runs into a wall between two steps stops at the wall") {
             CHECK(world.extremes().penetration < 1e-4);
             CHECK(world.ode_messages() == 0);
         }
+}
+
+TEST_CASE("bodies are likely to meet, unlikely to, or cannot, by the shove that it would take") {
+    using Meeting = AverageVelocity::Meeting;
+    constexpr double kStep = 0.05;
+    const auto meeting = [&](double gap, bool cautious, double then, double now, bool* kept_clear) {
+        OdeWorld world;
+        const dBodyID body = create_level_body(world.id(), {0, 0, 0}, 0, 1, 1);
+        dBodySetLinearVel(body, then, 0, 0);
+        AverageVelocity average;
+        average.add_body(body, {1, 1});
+        average.begin(kStep, cautious);
+        const Meeting found = average.note({0, AverageVelocity::kWall, 0, 0, -1, 0, gap});
+        dBodySetLinearVel(body, now, 0, 0);
+        *kept_clear = average.kept_clear();
+        return found;
+    };
+    bool kept_clear = false;
+    CHECK(meeting(0.001, false, 0, 0, &kept_clear) == Meeting::likely);
+    CHECK(meeting(0.004, false, 0.07, 0, &kept_clear) == Meeting::likely);
+    CHECK(meeting(0.004, false, 0, 0.079, &kept_clear) == Meeting::unlikely);
+    CHECK(kept_clear);
+    CHECK(meeting(0.004, false, 0, 0.081, &kept_clear) == Meeting::unlikely);
+    CHECK_FALSE(kept_clear);
+    CHECK(meeting(0.004, true, 0, 0.081, &kept_clear) == Meeting::likely);
+    CHECK(kept_clear);
+    CHECK(meeting(0.006, true, 0, 0, &kept_clear) == Meeting::impossible);
 }
