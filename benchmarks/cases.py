@@ -71,16 +71,16 @@ def avoiding_network() -> FeedForward:
 # ---- cases ----
 
 
-def pushing_config(seconds: float = 8.0) -> Config:
-    """Return a long arena with five robots behind the box: they push it all the time, before it turns away."""
+def pushing_config(robots: int = 5, seconds: float = 8.0) -> Config:
+    """Return a long arena with robots behind the box: they push it all the time, before it turns away."""
     size = 20.0
     south = -size / 2 + 0.6
-    poses = tuple((0.0715 * (i - 2), south - 0.09 - 0.037, np.pi / 2) for i in range(5))
+    poses = tuple((0.0715 * (i - (robots - 1) / 2), south - 0.09 - 0.037, np.pi / 2) for i in range(robots))
     return changed(
         Config(),
         arena={"size": size},
         box={"pose": (0.0, south, 0.0)},
-        team={"start": "poses", "start_poses": poses, "start_jitter": (0.0, 0.0)},
+        team={"robots": robots, "start": "poses", "start_poses": poses, "start_jitter": (0.0, 0.0)},
         episode={"horizon": seconds},
     )
 
@@ -176,7 +176,7 @@ class LockstepCase:
 
 
 def case(name: str) -> Case | LockstepCase:
-    """Return the case of this name: one of ``CASES``, ``robots-N``, or ``roaming`` or ``pushing`` ``-articulated``."""
+    """Return a case: one of ``CASES``, ``robots-N``, ``pushers-N``, or ``roaming`` or ``pushing`` ``-articulated``."""
     if name.endswith("-articulated"):
         usual = CASES[name.removesuffix("-articulated")]()
         assert isinstance(usual, Case)
@@ -184,6 +184,8 @@ def case(name: str) -> Case | LockstepCase:
         return dataclasses.replace(usual, config=changed(usual.config, physics=physics), episodes=2)
     if name.startswith("robots-"):
         return Case(scaled_config(int(name.removeprefix("robots-"))), avoiding_network(), 4)
+    if name.startswith("pushers-"):
+        return Case(pushing_config(int(name.removeprefix("pushers-"))), constant_network(0.9, 0.9), 40)
     return CASES[name]()
 
 
@@ -217,7 +219,7 @@ def measure(name: str, threads: int, repeat: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("case", help=f"{', '.join(CASES)}, robots-N, or roaming or pushing -articulated")
+    parser.add_argument("case", help=f"{', '.join(CASES)}, robots-N, pushers-N, or roaming or pushing -articulated")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--repeat", type=int, default=3)
     arguments = parser.parse_args()

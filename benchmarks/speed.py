@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
 import re
 import resource
 import shutil
@@ -22,13 +23,14 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchmarks.cases import Case, random_networks
-from swarmevo.config import Config
+from benchmarks.cases import Case, changed, random_networks
+from swarmevo import evolution
+from swarmevo.config import Config, seeded
 from swarmevo.simulator import library_info
+from swarmevo.store import Store
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "performance.md"
@@ -107,18 +109,31 @@ def team_sizes(sizes: Sequence[int], rounds: int) -> dict[int, float]:
     }
 
 
-def thread_gain(rounds: int) -> list[float]:
-    """Return ratios of two threads to one, by the clock, in alternating runs of random genomes."""
-    case = Case(Config(), random_networks(100), 100)
-    ratios = []
-    for _ in range(rounds):
-        times = []
-        for threads in (1, 2):
-            start = time.perf_counter()
-            case.run(threads)
-            times.append(time.perf_counter() - start)
-        ratios.append(times[0] / times[1])
-    return ratios
+def run_random(threads: int) -> None:
+    """Simulate what :func:`thread_gain` times."""
+    Case(Config(), random_networks(100), 100).run(threads)
+
+
+def thread_gain(rounds: int) -> dict[str, list[float]]:
+    """Return how much more a second of the clock does than with one thread, in alternating runs of random genomes.
+
+    With two threads, and with two processes that share nothing and do the same work each: what the machine has to give.
+    """
+    gains: dict[str, list[float]] = {"two threads": [], "two processes": []}
+    with multiprocessing.get_context("spawn").Pool(2) as processes:
+        processes.map(run_random, [1, 1], chunksize=1)  # once to warm up
+        for _ in range(rounds):
+            times = []
+            for threads, two in ((1, False), (2, False), (1, True)):
+                start = time.perf_counter()
+                if two:
+                    processes.map(run_random, [threads, threads], chunksize=1)
+                else:
+                    run_random(threads)
+                times.append(time.perf_counter() - start)
+            gains["two threads"].append(times[0] / times[1])
+            gains["two processes"].append(2 * times[0] / times[2])
+    return gains
 
 
 def endurance(episodes: int) -> dict[str, float]:
@@ -143,87 +158,81 @@ def endurance(episodes: int) -> dict[str, float]:
 
 
 def breakdown(case: str) -> dict[str, float] | str:
-    """Return shares of instructions by what they are for, counted by callgrind; or why not."""
+    """Return shares of instructions by what they are for, and counts of them, by callgrind; or why not."""
     if not shutil.which("valgrind"):
         return "valgrind is not installed"
     with tempfile.TemporaryDirectory() as folder:
-        build = [
-            [
-                "cmake",
-                "-S",
-                str(ROOT),
-                "-B",
-                folder,
-                "-DSWARMEVO_BENCHMARKS=ON",
-                "-DCMAKE_CXX_FLAGS=-fno-inline-functions",
-            ],
+        # Functions are not inlined, so that they can be told apart.
+        apart = ["-DCMAKE_CXX_FLAGS=-fno-inline-functions", "-DCMAKE_INTERPROCEDURAL_OPTIMIZATION=OFF"]
+        said = ""
+        for command in (
+            ["cmake", "-S", str(ROOT), "-B", folder, "-DSWARMEVO_BENCHMARKS=ON", *apart],
             ["cmake", "--build", folder, "--target", "episodes"],
             ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", f"{folder}/episodes", case],
             ["callgrind_annotate", "--inclusive=yes", "--threshold=100", f"{folder}/out"],
-        ]
-        for command in build:
+        ):
             done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode:
                 return f"{command[0]} failed"
+            said += done.stdout
+        steps = calls_of("dWorldStep", Path(folder, "out").read_text())
+    seconds = float(re.findall(r"([\d.]+) simulated seconds", said)[0])
     inclusive: dict[str, int] = {}
-    for line in done.stdout.splitlines():
+    for line in said.splitlines():
         match = re.match(r"\s*([\d,]+) \(.*?\)\s+\S*?:(.+?) \[", line)
         if match:
             name = match[2].replace("(anonymous namespace)::", "").split("(")[0]
             inclusive[name] = max(inclusive.get(name, 0), int(match[1].replace(",", "")))
-    whole = inclusive["swarmevo::Batch::run"]
+    total = inclusive["swarmevo::Batch::run"]
     ode = inclusive.get("dWorldStep", 0)
     step, observe = inclusive["swarmevo::World::step"], inclusive["swarmevo::Episode::observe"]
     network = inclusive.get("swarmevo::act", 0)
     return {
-        "ODE: dWorldStep": ode / whole,
-        "contacts, coasting, corrections": (step - ode) / whole,
-        "sensing": observe / whole,
-        "network": network / whole,
-        "telemetry, hash, noise of the wheels, the rest": (whole - step - observe - network) / whole,
-        "instructions for a simulated second": whole / {"roaming": 60.0, "pushing": 8.0, "random": 480.0}[case],
+        "ODE: dWorldStep": ode / total,
+        "contacts, coasting, corrections": (step - ode) / total,
+        "sensing": observe / total,
+        "network": network / total,
+        "telemetry, hash, noise of the wheels, the rest": (total - step - observe - network) / total,
+        "instructions for a simulated second": total / seconds,
+        "of them in bare dWorldSteps": ode / seconds,
+        "dWorldSteps for a simulated second": steps / seconds,
     }
 
 
-def python_side(populations: Sequence[int]) -> list[tuple[int, float, float]]:
-    """Return for each population the seconds that one generation costs beside simulation: ask and tell; the store.
+def calls_of(function: str, profile: str) -> int:
+    """Return how often a function was called, from callgrind's output, which spells a name out where it first comes."""
+    match = re.search(rf"^c?fn=\((\d+)\) {function}$", profile, re.MULTILINE)
+    if not match:
+        return 0
+    calls = re.findall(rf"^cfn=\({match[1]}\).*\ncalls=(\d+)", profile, re.MULTILINE)
+    return sum(map(int, calls))
 
-    With PDE on the paper's genome; the front has at most 16 points, so nearly all of a generation are new children.
+
+def evolution_of(population: int, repeats: int, generations: int) -> list[float]:
+    """Return the CPU seconds of each generation of a real run with next to no simulation: one robot, 0.1 s episodes.
+
+    Ask, jobs, results, fitness, tell and the store, on the paper's genome.
     """
-    from swarmevo.protocols import SceneInfo
-    from swarmevo_paper.network import FeedForwardNetwork
-    from swarmevo_paper.pde import PDE
-
-    space = FeedForwardNetwork().space(SceneInfo(5, 1800, 0.1))
-    rows = []
-    for population in populations:
-        rng = np.random.default_rng(1)
-        pde = PDE(space, population, 2, rng)
-        start = time.process_time()
-        for _ in range(3):
-            genomes = pde.ask()
-            pde.tell(genomes, np.column_stack([rng.random(len(genomes)), rng.integers(0, 16, len(genomes))]))
-        rows.append((population, (time.process_time() - start) / 3, store_seconds(genomes)))
-    return rows
-
-
-def store_seconds(genomes: Any) -> float:
-    """Return how long a generation's rows and genomes take to be written by SQLite, as the store writes them."""
-    import sqlite3
-
+    config = changed(
+        seeded(Config()),
+        evolution={"population": population, "repeats": repeats, "generations": generations, "trials": 1},
+        episode={"horizon": 0.1},
+        team={"robots": 1},
+    )
     with tempfile.TemporaryDirectory() as folder:
-        connection = sqlite3.connect(f"{folder}/run.sqlite")
-        connection.execute("PRAGMA journal_mode=WAL")
-        connection.execute("CREATE TABLE genome (id INTEGER PRIMARY KEY, bytes BLOB)")
-        connection.execute("CREATE TABLE episode (genome, repeat, a, b, push, homing, hash)")
-        start = time.process_time()
-        with connection:
-            connection.executemany("INSERT INTO genome (bytes) VALUES (?)", ((g.tobytes(),) for g in genomes))
-            connection.executemany(
-                "INSERT INTO episode VALUES (?, ?, ?, ?, ?, ?, ?)",
-                ((i, r, 1.0, 2.0, 3.0, b"0" * 40, i) for i in range(len(genomes)) for r in range(3)),
-            )
-        return time.process_time() - start
+        evolution.begin(f"{folder}/run", config)
+        with Store.open(f"{folder}/run", readonly=False) as store:
+            marks = [time.process_time()]
+            evolution.evolve(store, 1, lambda _: marks.append(time.process_time()))
+    return list(np.diff(marks))
+
+
+def python_side(populations: Sequence[int]) -> dict[int, float]:
+    """Return for each population the CPU seconds of a generation beside its simulation.
+
+    Not of the first: its jobs are small, since nobody knows yet how long an episode takes.
+    """
+    return {n: statistics.median(evolution_of(n, repeats=3, generations=4)[1:]) for n in populations}
 
 
 # ---- the page ----
@@ -290,10 +299,12 @@ def write_page(rounds: int, quick: bool) -> None:
     """Measure everything and write the page."""
     results = side_by_side(rounds)
     sizes = team_sizes([5, 20] if quick else [1, 2, 5, 10, 20, 40, 64], 1 if quick else rounds)
-    gains = thread_gain(2 if quick else 2 * rounds)
+    pushers = {n: float(rate_of([*OURS, f"pushers-{n}", "--repeat", "3"])) for n in ([5] if quick else range(1, 6))}
+    gains = thread_gain(2 if quick else 10)
     lasting = endurance(500 if quick else 10_000)
     shares = {case: breakdown(case) for case in ("roaming", "pushing", "random")}
     python = python_side([100, 1000] if quick else [30, 100, 1000, 10_000])
+    many = evolution_of(20, repeats=1, generations=100 if quick else 1000)
     plot(results, sizes)
     text = (ROOT / "benchmarks" / "performance_head.md").read_text()
     text += f"Library: {library_info()['build']}. Rounds: {rounds}.\n\n"
@@ -305,28 +316,41 @@ def write_page(rounds: int, quick: bool) -> None:
         ["robots", "simulated s per CPU s", "CPU us per robot and s", "over five robots"],
         [[n, f"{rate:,.0f}", f"{cost[n]:.1f}", f"{cost[n] / cost[5]:.2f}"] for n, rate in sizes.items()],
     )
+    text += "\n## Contacts of the box\n\nTeams that push the box, all of them; one or two push in vain.\n\n"
+    text += table(
+        ["robots that push", "simulated s per CPU s", "CPU us for a simulated s"],
+        [[n, f"{rate:,.0f}", f"{1e6 / rate:,.0f}"] for n, rate in pushers.items()],
+    )
     text += "\n## Threads\n\n"
-    text += f"Two threads over one, by the clock, random genomes: median {statistics.median(gains):.2f}, "
-    text += f"range {min(gains):.2f} to {max(gains):.2f} in {len(gains)} pairs.\n"
+    text += "Random genomes, by the clock, over one thread. Two processes share nothing: what the machine gives.\n\n"
+    text += table(
+        ["", "median", "range", "runs"],
+        [
+            [name, f"{statistics.median(gain):.2f}", f"{min(gain):.2f} to {max(gain):.2f}", len(gain)]
+            for name, gain in gains.items()
+        ],
+    )
     text += "\n## Endurance\n\n" + table(["", ""], [[k, f"{v:,.2f}".removesuffix(".00")] for k, v in lasting.items()])
     text += "\n## Where the time goes\n\nShares of instructions in whole episodes, counted by callgrind.\n\n"
     names = list(next((s for s in shares.values() if isinstance(s, dict)), {}))
-    columns = [s if isinstance(s, dict) else {} for s in shares.values()]
+    columns = [s for s in shares.values() if isinstance(s, dict)]
     text += table(
         ["", *shares],
         [
-            [name, *(f"{c[name]:,.0f}" if "instructions" in name else f"{c[name]:.1%}" for c in columns if name in c)]
+            [name, *(f"{c[name]:,.0f}" if " for a " in name or " bare " in name else f"{c[name]:.1%}" for c in columns)]
             for name in names
         ],
     )
-    text += (
-        "\n## The Python side\n\nSeconds of CPU for a generation, beside its episodes (three for each individual).\n\n"
-    )
+    text += "\n## The Python side\n\n"
+    text += "A generation of a real run without its simulation: ask, jobs, results, fitness, tell, store.\n\n"
     random_rate = statistics.median(results["random genomes, mixed"][0][1])
     text += table(
-        ["population", "ask and tell", "SQLite", "share beside 3 episodes of 180 s each"],
-        [[p, f"{a:.3f}", f"{s:.3f}", f"{(a + s) / (p * 540 / random_rate):.2%}"] for p, a, s in python],
+        ["population", "CPU s for a generation", "over its 3 episodes of 180 s for each individual"],
+        [[n, f"{seconds:.3f}", f"{seconds / (n * 540 / random_rate):.2%}"] for n, seconds in python.items()],
     )
+    tenth = len(many) // 10
+    growth = statistics.median(many[-tenth:]) / statistics.median(many[1 : tenth + 1])
+    text += f"\nThe last tenth of {len(many):,} generations of 20 took {growth:.2f} times as long as the first.\n"
     PAGE.write_text(text + (ROOT / "benchmarks" / "performance_tail.md").read_text())
 
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Contacts are computed here, in closed form, and not by ODE's collision code: everything is an upright disc, a box,
-// a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
+// Contacts are computed in closed form (world_sides.cpp), and not by ODE's collision code: everything is an upright
+// disc, a box, a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
 //
 // Model
 //   - Floor, with driven contacts: bodies stay level, and what presses on the floor is known by statics. So friction
@@ -11,8 +11,8 @@
 //     force's centre along it is taken where it tips neither body.
 //     Simplification: outlines are those of the upright body; tilts here stay below a few degrees.
 //   - What mostly goes on as it did is assumed to: wheels that slip (world_driven_contacts.cpp), a box that stands or
-//     slides (world_box.hpp), gaps that nothing is about to close. That leaves a small problem for the solver. Where it
-//     did not come true, the step is taken back and solved in full.
+//     slides (world_box.hpp), gaps that nothing is about to close (world_average.hpp). That leaves a small problem for
+//     the solver. Where it did not come true, the step is taken back and solved in full.
 //   - A contact is made before touch. It allows no faster approach than closes the gap within the step. So a body
 //     never sinks into another by the distance of one step, whatever the time step.
 //   - Friction is Coulomb's: in a circle for wheels (world_grip.hpp), else in a pyramid along the given direction. That
@@ -30,6 +30,7 @@
 #include "world_box.hpp"
 #include "world_drive.hpp"
 #include "world_ode.hpp"
+#include "world_sides.hpp"
 
 namespace swarmevo {
 namespace {
@@ -47,7 +48,6 @@ constexpr int kMostCuts = 4;
 // Farthest that a body that was thrown moves in one piece of a step [m], since contacts are those of the piece's
 // beginning; and pieces at most.
 constexpr double kThrownWay = 1e-3, kMostPieces = 1e4;
-constexpr int kWalls = 4;
 
 // Potential above rest and kinetic energy [J].
 double energy_of(dBodyID body, double resting_height, double gravity) {
@@ -78,21 +78,19 @@ struct World::Impl {
         bool is_free = true;                  // nothing but the floor is near in this step
         bool coasts = false;                  // and so it needs no solver
         bool is_steady = false;               // its wheels' speeds are those of the last step
-        bool pushing = false;
-        Vector push_point{}, push_normal{};  // on the box; from there to the robot
-        dJointFeedback push{};               // by the box, when this was last solved for
+        Sides::Push push;
     };
 
     const Scene& scene;
     OdeWorld ode;
     Contacts contacts;
     AverageVelocity average;
+    Sides sides;
     std::vector<Robot> robots;
     Box box;
     int box_number;               // in `average`
     std::vector<dBodyID> bodies;  // all
     bool is_level;                // all bodies stay so, and their loads are known
-    double reach;                 // gap below which a side contact is made [m]
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
     bool cautious = false;  // bodies met in this step that were not likely to
@@ -101,6 +99,7 @@ struct World::Impl {
     Impl(const Scene& description, const std::vector<Pose>& starts)
         : scene(description),
           contacts(ode, description.physics),
+          sides(description, contacts, average),
           box(description, ode.id()),
           is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) {
         dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
@@ -108,12 +107,6 @@ struct World::Impl {
         dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
         dWorldSetContactMaxCorrectingVel(ode.id(), kLargestCorrection);
         dWorldSetAutoDisableFlag(ode.id(), 0);
-        // Two robots approach each other by at most two thirds of this within a step; the rest is for shoves.
-        const double fastest = 3 * rim_speed(scene.robot, 1, scene.noise.wheels);
-        const double thrown =
-            std::hypot(scene.box.velocity[0], scene.box.velocity[1]) + std::abs(scene.box.velocity[2]) * box.reach();
-        reach = (fastest + thrown) * scene.physics.time_step;
-
         robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
         for (std::size_t i = 0; i < starts.size(); ++i) add_robot(robots[i], static_cast<int>(i), starts[i]);
         add_box();
@@ -143,81 +136,7 @@ struct World::Impl {
 
     // ---- contacts ----
 
-    struct Solid {
-        dBodyID body;
-        int number;  // in `average`
-    };
-    static constexpr Solid kWallSolid = {nullptr, AverageVelocity::kWall};
-
-    static Solid solid(const Robot& robot) { return {robot.drive->body(), robot.number}; }
-
-    using Meeting = AverageVelocity::Meeting;
-
-    // A contact between sides: horizontal normal, friction along the horizontal tangent only. None is made where bodies
-    // are not likely to meet.
-    Meeting add_side_contact(const Solid& first, const Solid& second, double x, double y, double height,
-                             double normal_x, double normal_y, double gap, dJointFeedback* feedback = nullptr) {
-        if (gap >= reach) return Meeting::impossible;
-        const Meeting meeting = average.note({first.number, second.number, x, y, normal_x, normal_y, gap});
-        if (meeting == Meeting::likely)
-            dJointSetFeedback(contacts.add(first.body, second.body, {x, y, height}, {normal_x, normal_y, 0}, gap,
-                                           {{-normal_y, normal_x, 0}, scene.physics.side_friction, 0, 0}),
-                              feedback);
-        return meeting;
-    }
-
-    // True if a wall is near.
-    bool add_wall_contacts(const Solid& body, double x, double y, double radius, double height) {
-        const double half = scene.arena.size / 2;
-        const double gaps[kWalls] = {half - radius - x, half - radius + x, half - radius - y, half - radius + y};
-        constexpr double normals[kWalls][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
-        bool near = false;
-        for (int wall = 0; wall < kWalls; ++wall) {
-            const double nx = normals[wall][0], ny = normals[wall][1], to_wall = radius + gaps[wall];
-            near |= add_side_contact(body, kWallSolid, x - nx * to_wall, y - ny * to_wall, height, nx, ny,
-                                     gaps[wall]) != Meeting::impossible;
-        }
-        return near;
-    }
-
-    void add_robot_contacts(Robot& first, Robot& second) {
-        const dReal *p = dBodyGetPosition(first.drive->body()), *q = dBodyGetPosition(second.drive->body());
-        const double dx = p[0] - q[0], dy = p[1] - q[1], limit = 2 * scene.robot.radius + reach;
-        const double square = dx * dx + dy * dy;
-        if (square >= limit * limit || square == 0) return;
-        const double distance = std::sqrt(square);
-        if (add_side_contact(solid(first), solid(second), (p[0] + q[0]) / 2, (p[1] + q[1]) / 2,
-                             scene.robot.centre_of_mass, dx / distance, dy / distance,
-                             distance - 2 * scene.robot.radius) != Meeting::impossible)
-            first.is_free = second.is_free = false;
-    }
-
-    void add_push_contact(Robot& robot, const Pose& at, double cosine, double sine) {
-        const dReal* p = dBodyGetPosition(robot.drive->body());
-        const double dx = p[0] - at.x, dy = p[1] - at.y;
-        const Separation s = separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
-                                                           scene.box.size[0] / 2, scene.box.size[1] / 2);
-        robot.push_normal = {cosine * s.normal_x - sine * s.normal_y, sine * s.normal_x + cosine * s.normal_y, 0};
-        robot.push_point = {at.x + cosine * s.nearest_x - sine * s.nearest_y,
-                            at.y + sine * s.nearest_x + cosine * s.nearest_y, 0};
-        const Meeting meeting =
-            add_side_contact(solid(robot), {box.stands() ? nullptr : box.body(), box_number}, robot.push_point[0],
-                             robot.push_point[1], std::min(scene.box.size[2], scene.robot.height) / 2,
-                             robot.push_normal[0], robot.push_normal[1], s.distance - scene.robot.radius, &robot.push);
-        robot.pushing = meeting == Meeting::likely;
-        if (meeting != Meeting::impossible) robot.is_free = false;
-    }
-
-    // Floor below the box and walls at its corners.
-    void add_box_contacts() {
-        box.add_floor_contacts(contacts);
-        const double height = std::min(scene.box.size[2], scene.arena.wall_height) / 2;
-        const dReal* centre = dBodyGetPosition(box.body());
-        for (int i = 0; i < Box::kCorners; ++i) {
-            const Vector corner = box.corner(i);
-            add_wall_contacts({box.body(), box_number}, centre[0] + corner[0], centre[1] + corner[1], 0, height);
-        }
-    }
+    static Sides::Solid solid(const Robot& robot) { return {robot.drive->body(), robot.number}; }
 
     // All contacts of a step of this length [s].
     void add_all_contacts(double time_step, bool soft) {
@@ -229,16 +148,8 @@ struct World::Impl {
             const Vector aim = robot.drive->intended_velocity();
             average.intend(robot.number, aim[0], aim[1]);
         }
-        const double wall_height = std::min(scene.arena.wall_height, scene.robot.height) / 2;
         box.assume(average.has_settled(box_number));
-        const Pose at = pose_of(box.body());
-        const double cosine = std::cos(at.heading), sine = std::sin(at.heading);
-        for (std::size_t i = 0; i < robots.size(); ++i) {
-            const dReal* p = dBodyGetPosition(robots[i].drive->body());
-            robots[i].is_free = !add_wall_contacts(solid(robots[i]), p[0], p[1], scene.robot.radius, wall_height);
-            for (std::size_t j = 0; j < i; ++j) add_robot_contacts(robots[i], robots[j]);
-            add_push_contact(robots[i], at, cosine, sine);
-        }
+        for (std::size_t i = 0; i < robots.size(); ++i) add_sides(i);
         const std::vector<char> rest = who_rests();
         for (Robot& robot : robots) {
             robot.coasts = robot.is_free && robot.drive->can_coast(time_step);
@@ -247,7 +158,23 @@ struct World::Impl {
             if (is_solved) robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
         }
         set_enabled(box.body(), !box.stands());
-        if (!box.stands()) add_box_contacts();
+        if (box.stands()) return;
+        box.add_floor_contacts(contacts);
+        sides.add_box_at_walls(box, box_number);
+    }
+
+    // Of a robot with walls, box and the robots before it.
+    void add_sides(std::size_t number) {
+        using Meeting = Sides::Meeting;
+        Robot& robot = robots[number];
+        const dReal* p = dBodyGetPosition(robot.drive->body());
+        const double wall_height = std::min(scene.arena.wall_height, scene.robot.height) / 2;
+        const Meeting walls = sides.add_walls(solid(robot), p[0], p[1], scene.robot.radius, wall_height);
+        robot.is_free = walls == Meeting::far;
+        for (std::size_t i = 0; i < number; ++i)
+            if (sides.add_robots(solid(robot), solid(robots[i])) != Meeting::far)
+                robot.is_free = robots[i].is_free = false;
+        if (sides.add_push(solid(robot), box, box_number, robot.push) != Meeting::far) robot.is_free = false;
     }
 
     // Who stays as it is in this step, by number: at rest after the last one, under the same forces, and all that touch
@@ -385,14 +312,14 @@ struct World::Impl {
 
     // What robots do to the box.
     Box::Load push_on_box() const {
-        const dReal* centre = dBodyGetPosition(box.body());
+        const dReal* middle = dBodyGetPosition(box.body());
         Box::Load load{};
         for (const Robot& robot : robots) {
-            if (!robot.pushing) continue;
-            const double x = -robot.push.f1[0], y = -robot.push.f1[1];
+            if (!robot.push.may_be) continue;
+            const double x = -robot.push.joint.f1[0], y = -robot.push.joint.f1[1];
             load.x += x;
             load.y += y;
-            load.torque += (robot.push_point[0] - centre[0]) * y - (robot.push_point[1] - centre[1]) * x;
+            load.torque += (robot.push.point[0] - middle[0]) * y - (robot.push.point[1] - middle[1]) * x;
         }
         return load;
     }
@@ -442,9 +369,9 @@ Pose World::box_pose() const {
 }
 
 double World::push_force(unsigned robot) const {
-    const Impl::Robot& r = impl_->robots[robot];
-    if (!r.pushing) return 0;
-    return std::max(0.0, r.push.f1[0] * r.push_normal[0] + r.push.f1[1] * r.push_normal[1]);
+    const Sides::Push& push = impl_->robots[robot].push;
+    if (!push.may_be) return 0;
+    return std::max(0.0, push.joint.f1[0] * push.normal[0] + push.joint.f1[1] * push.normal[1]);
 }
 
 double World::energy() const {

@@ -14,7 +14,7 @@ constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
 constexpr double kContactGap = 1e-5, kGentle = 0.01;
 // A body slower than this [m/s], [rad/s], that would take longer than this to gain as much [s], has settled.
 constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4, kSettling = 0.1;
-// Speed that others may give a body within a step, beyond what it does and means to do, and that they mostly do [m/s].
+// Speed that others hardly give a body within a step, beyond what it does and means to do, and that they may [m/s].
 constexpr double kShove = 0.1, kUsualShove = 0.02;
 // Gap that may be closed in any step, however short [m].
 constexpr double kSlack = 1e-4;
@@ -35,6 +35,7 @@ void AverageVelocity::begin(double time_step, bool cautious) {
     time_step_ = time_step;
     cautious_ = cautious;
     touches_.clear();
+    to_check_.clear();
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
         Body& body = bodies_[i];
         body.before = body.intended = motion_of(body.id);
@@ -66,17 +67,18 @@ double AverageVelocity::approach(const Touch& touch, Motion Body::*when) const {
 AverageVelocity::Meeting AverageVelocity::note(const Touch& touch) {
     const double speed = std::fmax(approach(touch, &Body::before), approach(touch, &Body::intended));
     const double shove = (touch.gap - kSlack) / time_step_ - speed;  // what it would take
-    if (shove > kShove) return Meeting::impossible;
-    touches_.push_back(touch);
-    touches_.back().is_likely = cautious_ || shove <= kUsualShove;
-    return touches_.back().is_likely ? Meeting::likely : Meeting::unlikely;
+    const Meeting meeting = cautious_ || shove <= kUsualShove ? Meeting::likely
+                            : shove <= kShove                 ? Meeting::unlikely
+                                                              : Meeting::far;
+    if (meeting != Meeting::far) touches_.push_back(touch);
+    if (meeting != Meeting::likely) to_check_.push_back(touch);
+    return meeting;
 }
 
 bool AverageVelocity::kept_clear() {
-    for (Body& body : bodies_) body.now = motion_of(body.id);
-    return std::none_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
-        return !touch.is_likely && approach(touch, &Body::now) * time_step_ > touch.gap;
-    });
+    for (Body& body : bodies_) body.now = dBodyIsEnabled(body.id) ? motion_of(body.id) : body.intended;
+    return std::none_of(to_check_.begin(), to_check_.end(),
+                        [&](const Touch& touch) { return approach(touch, &Body::now) * time_step_ > touch.gap; });
 }
 
 // When in the step bodies collide [s]. Only if they both move towards each other and mean to: one that is about to stop
@@ -147,12 +149,13 @@ AverageVelocity::Motion AverageVelocity::missing_way(const Body& body) const {
 // Gives up a group's missing way where it would lead into something. True if there was such a group.
 bool AverageVelocity::keep_apart() {
     bool gave_up = false;
-    for (const Touch& touch : touches_) {
-        const double closed = approach(touch, &Body::missing);
-        if (closed <= kContactGap || touch.gap - approach(touch, &Body::now) * time_step_ >= closed) continue;
-        for (const int number : {touch.first, touch.second})
-            if (number != kWall && !bodies_[root(number)].collides) gave_up = bodies_[root(number)].collides = true;
-    }
+    for (const auto* touches : {&touches_, &to_check_})
+        for (const Touch& touch : *touches) {
+            const double closed = approach(touch, &Body::missing);
+            if (closed <= kContactGap || touch.gap - approach(touch, &Body::now) * time_step_ >= closed) continue;
+            for (const int number : {touch.first, touch.second})
+                if (number != kWall && !bodies_[root(number)].collides) gave_up = bodies_[root(number)].collides = true;
+        }
     if (gave_up)
         for (std::size_t i = 0; i < bodies_.size(); ++i)
             if (bodies_[root(static_cast<int>(i))].collides) bodies_[i].missing = {0, 0, 0};

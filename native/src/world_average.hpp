@@ -33,30 +33,29 @@ class AverageVelocity {
         double x, y;        // where [m]
         double normal_x, normal_y;
         double gap;  // [m]
-        bool is_likely = true;
     };
     static constexpr int kWall = -1;
 
     // Bodies are numbered in the order in which they are added.
     void add_body(dBodyID body, const Limits& limits);
 
-    // Before a step of this length [s]: takes down all velocities. `cautious`: whatever can meet is likely to.
+    // Before a step of this length [s]: takes down all velocities. `cautious`: whatever is noted is likely to meet.
     void begin(double time_step, bool cautious);
 
     // The velocity on the floor that a body's drive is about to give it [m/s]; its present one if it has no drive.
     void intend(int body, double x, double y);
 
-    // Will the bodies meet in the step? Impossible, and not noted, if they keep apart and do not mean to meet; unlikely
-    // if others would have to shove them hard.
-    enum class Meeting { impossible, unlikely, likely };
+    // Will the bodies meet in the step? They are far from it where others would have to shove them as wheels cannot,
+    // and unlikely to where others would have to shove them at all.
+    enum class Meeting { far, unlikely, likely };
     Meeting note(const Touch& touch);
 
-    const std::vector<Touch>& touches() const { return touches_; }  // noted since begin()
+    const std::vector<Touch>& touches() const { return touches_; }  // noted since begin(), and not far
 
     // When in the step bodies first collide [s]; infinity if none do.
     double first_collision() const;
 
-    // After it: did all keep apart that were unlikely to meet?
+    // After it: did all keep apart that were not likely to meet?
     bool kept_clear();
 
     // And then: moves the bodies.
@@ -96,6 +95,7 @@ class AverageVelocity {
     bool cautious_ = false;
     std::vector<Body> bodies_;
     std::vector<Touch> touches_;
+    std::vector<Touch> to_check_;  // that are not likely
 };
 
 }  // namespace swarmevo

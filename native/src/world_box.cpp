@@ -50,7 +50,6 @@ void Box::assume(bool is_still) {
 }
 
 void Box::add_floor_contacts(Contacts& contacts) {
-    const dReal* centre = dBodyGetPosition(body_);
     dBodySetForce(body_, 0, 0, 0);
     if (assumed_ == Assumed::slides) {
         // Four equal forces at the corners turn nothing.
@@ -61,18 +60,20 @@ void Box::add_floor_contacts(Contacts& contacts) {
         dJointSetFeedback(contacts.add_turning_brake(body_, dInfinity), &turning_);
         return;
     }
-    for (int i = 0; i < kCorners; ++i) {
-        // ODE's solver stalls where corners tie.
-        const double mu = scene_.physics.box_friction * (1 + i * kTieBreak);
-        const Vector to = corner(i);
-        if (!is_level_) {
-            const Vector foot = to_world(body_, {(i & 1 ? 0.5 : -0.5) * scene_.box.size[0],
-                                                 (i & 2 ? 0.5 : -0.5) * scene_.box.size[1], -half_height_});
-            contacts.add(body_, nullptr, foot, {0, 0, 1}, foot[2], {direction_, mu, mu, 0});
-        } else if (mu > 0) {
-            const double load = scene_.box.mass * scene_.physics.gravity / kCorners;
-            contacts.add_level(body_, centre[0] + to[0], centre[1] + to[1], {direction_, mu, mu, 0, load});
-        }
+    for (int i = 0; i < kCorners; ++i) add_foot(contacts, i);
+}
+
+void Box::add_foot(Contacts& contacts, int number) const {
+    const dReal* middle = dBodyGetPosition(body_);
+    const double mu = scene_.physics.box_friction * (1 + number * kTieBreak);
+    const Vector to = corner(number);
+    if (!is_level_) {
+        const Vector foot = to_world(body_, {(number & 1 ? 0.5 : -0.5) * scene_.box.size[0],
+                                             (number & 2 ? 0.5 : -0.5) * scene_.box.size[1], -half_height_});
+        contacts.add(body_, nullptr, foot, {0, 0, 1}, foot[2], {direction_, mu, mu, 0});
+    } else if (mu > 0) {
+        const double load = scene_.box.mass * scene_.physics.gravity / kCorners;
+        contacts.add_level(body_, middle[0] + to[0], middle[1] + to[1], {direction_, mu, mu, 0, load});
     }
 }
 

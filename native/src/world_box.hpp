@@ -56,6 +56,7 @@ class Box {
   private:
     enum class Assumed { nothing, stands, slides };
 
+    void add_foot(Contacts& contacts, int number) const;
     double slowest_corner() const;
     bool floor_holds(Load load) const;
     bool floor_holds_across() const;

@@ -55,7 +55,7 @@ TEST_CASE("a robot that runs into a wall between two steps stops at the wall") {
         }
 }
 
-TEST_CASE("bodies are likely to meet, unlikely to, or cannot, by the shove that it would take") {
+TEST_CASE("bodies are likely to meet, unlikely to, or far from it, by the shove that it would take") {
     using Meeting = AverageVelocity::Meeting;
     constexpr double kStep = 0.05;
     const auto meeting = [&](double gap, bool cautious, double then, double now, bool* kept_clear) {
@@ -79,5 +79,8 @@ TEST_CASE("bodies are likely to meet, unlikely to, or cannot, by the shove that 
     CHECK_FALSE(kept_clear);
     CHECK(meeting(0.004, true, 0, 0.081, &kept_clear) == Meeting::likely);
     CHECK(kept_clear);
-    CHECK(meeting(0.006, true, 0, 0, &kept_clear) == Meeting::impossible);
+    CHECK(meeting(0.006, false, 0, 0.119, &kept_clear) == Meeting::far);
+    CHECK(kept_clear);
+    CHECK(meeting(0.006, false, 0, 0.121, &kept_clear) == Meeting::far);
+    CHECK_FALSE(kept_clear);
 }
