@@ -284,7 +284,11 @@ def plot(results: dict[str, list[tuple[str, list[float], str]]], sizes: dict[int
     left.set_xscale("log")
     left.set_xlim(right=max(rate for _, rate, _ in bars) * 4)
     left.set_xlabel("simulated seconds per CPU second")
-    right.loglog(list(sizes), [1e6 / (rate * n) for n, rate in sizes.items()], "o-", color="#0072B2")
+    right.plot(list(sizes), [1e6 / (rate * n) for n, rate in sizes.items()], "o-", color="#0072B2")
+    right.set_xscale("log")
+    right.set_xticks(list(sizes), [str(n) for n in sizes])
+    right.minorticks_off()
+    right.set_ylim(bottom=0)
     right.set_xlabel("robots, arena scaled")
     right.set_ylabel("CPU us per robot and simulated s")
     for axes in (left, right):

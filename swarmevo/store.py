@@ -65,9 +65,10 @@ LOCK_FILE: Final = "run.lock"
 
 _KEEP_SESSIONS: Final = """\
 UPDATE episode SET session = in_flight.session FROM in_flight
-WHERE (episode.trial, episode.generation, episode.individual, episode.repeat, episode.hash)
+WHERE episode.trial = ? AND episode.generation = ?
+    AND (episode.trial, episode.generation, episode.individual, episode.repeat, episode.hash)
     = (in_flight.trial, in_flight.generation, in_flight.individual, in_flight.repeat, in_flight.hash)"""
-"""An episode kept from an earlier session stays that session's."""
+"""An episode kept from an earlier session stays that session's. Without the first condition SQLite reads all episodes."""
 
 
 class Store(StoreReader):
@@ -191,7 +192,7 @@ class Store(StoreReader):
             self._insert_individuals(trial, number, generation.genomes)
             self._insert_episodes(trial, number, generation)
             self._database.execute("REPLACE INTO optimiser VALUES (?, ?, ?)", (trial, number, state))
-            self._database.execute(_KEEP_SESSIONS)
+            self._database.execute(_KEEP_SESSIONS, (trial, number))
             self._database.execute("DELETE FROM in_flight")
 
     def keep(self, trial: int, number: int, genomes: FloatArray, episodes: InFlight) -> None:
