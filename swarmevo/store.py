@@ -68,7 +68,7 @@ UPDATE episode SET session = in_flight.session FROM in_flight
 WHERE episode.trial = ? AND episode.generation = ?
     AND (episode.trial, episode.generation, episode.individual, episode.repeat, episode.hash)
     = (in_flight.trial, in_flight.generation, in_flight.individual, in_flight.repeat, in_flight.hash)"""
-"""An episode kept from an earlier session stays that session's. Without the first condition SQLite reads all episodes."""
+"""An episode kept from an earlier session stays that session's. The first condition saves SQLite from reading all."""
 
 
 class Store(StoreReader):
