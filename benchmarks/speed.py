@@ -349,8 +349,11 @@ def write_page(rounds: int, quick: bool) -> None:
     text += "A generation of a real run without its simulation: ask, jobs, results, fitness, tell, store.\n\n"
     random_rate = statistics.median(results["random genomes, mixed"][0][1])
     text += table(
-        ["population", "CPU s for a generation", "over its 3 episodes of 180 s for each individual"],
-        [[n, f"{seconds:.3f}", f"{seconds / (n * 540 / random_rate):.2%}"] for n, seconds in python.items()],
+        ["population", "CPU s for a generation", "over its 3 episodes of 180 s each", "cores it can feed"],
+        [
+            [n, f"{seconds:.3f}", f"{seconds / (n * 540 / random_rate):.2%}", f"{n * 540 / random_rate / seconds:.0f}"]
+            for n, seconds in python.items()
+        ],
     )
     tenth = len(many) // 10
     growth = statistics.median(many[-tenth:]) / statistics.median(many[1 : tenth + 1])

@@ -32,11 +32,16 @@ Box::Box(const Scene& scene, dWorldID world)
     dBodySetAngularVel(body_, 0, 0, b.velocity[2]);
 }
 
+// A foot of the body, in its own frame [m].
+Vector Box::foot(int number) const {
+    return {(number & 1 ? 0.5 : -0.5) * scene_.box.size[0], (number & 2 ? 0.5 : -0.5) * scene_.box.size[1],
+            -half_height_};
+}
+
 Vector Box::corner(int number) const {
-    const double x = (number & 1 ? 0.5 : -0.5) * scene_.box.size[0];
-    const double y = (number & 2 ? 0.5 : -0.5) * scene_.box.size[1];
+    const Vector local = foot(number);
     const dReal* r = dBodyGetRotation(body_);
-    return {r[0] * x + r[1] * y, r[4] * x + r[5] * y, 0};
+    return {r[0] * local[0] + r[1] * local[1], r[4] * local[0] + r[5] * local[1], 0};
 }
 
 void Box::assume(bool is_still) {
@@ -64,17 +69,13 @@ void Box::add_floor_contacts(Contacts& contacts) {
 }
 
 void Box::add_foot(Contacts& contacts, int number) const {
-    const dReal* middle = dBodyGetPosition(body_);
+    const Vector at = to_world(body_, foot(number));
     const double mu = scene_.physics.box_friction * (1 + number * kTieBreak);
-    const Vector to = corner(number);
-    if (!is_level_) {
-        const Vector foot = to_world(body_, {(number & 1 ? 0.5 : -0.5) * scene_.box.size[0],
-                                             (number & 2 ? 0.5 : -0.5) * scene_.box.size[1], -half_height_});
-        contacts.add(body_, nullptr, foot, {0, 0, 1}, foot[2], {direction_, mu, mu, 0});
-    } else if (mu > 0) {
-        const double load = scene_.box.mass * scene_.physics.gravity / kCorners;
-        contacts.add_level(body_, middle[0] + to[0], middle[1] + to[1], {direction_, mu, mu, 0, load});
-    }
+    if (!is_level_)
+        contacts.add(body_, nullptr, at, {0, 0, 1}, at[2], {direction_, mu, mu, 0});
+    else if (mu > 0)
+        contacts.add_level(body_, at[0], at[1],
+                           {direction_, mu, mu, 0, scene_.box.mass * scene_.physics.gravity / kCorners});
 }
 
 bool Box::moved_as_assumed(const Load& load) {
@@ -137,10 +138,9 @@ void Box::take_by_walls(Load& load) const {
     }
 }
 
-// Can the corners do what the two rows across the motion did?
+// Can the corners do what the brakes did?
 bool Box::floor_holds_across() const {
-    const double mean = (across_.f1[1] * direction_[0] - across_.f1[0] * direction_[1]) / kCorners,
-                 torque = turning_.t1[2];
+    const double force = across_.f1[1] * direction_[0] - across_.f1[0] * direction_[1], torque = turning_.t1[2];
     double most = 0, squares = 0;
     for (int i = 0; i < kCorners; ++i) {
         const Vector to = corner(i);
@@ -148,7 +148,7 @@ bool Box::floor_holds_across() const {
         most = std::max(most, std::abs(ahead));
         squares += ahead * ahead;
     }
-    return std::abs(mean) + std::abs(torque) * most / squares <= corner_limit_;
+    return std::abs(force) / kCorners + std::abs(torque) * most / squares <= corner_limit_;
 }
 
 }  // namespace swarmevo

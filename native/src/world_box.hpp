@@ -56,6 +56,7 @@ class Box {
   private:
     enum class Assumed { nothing, stands, slides };
 
+    Vector foot(int number) const;
     void add_foot(Contacts& contacts, int number) const;
     double slowest_corner() const;
     bool floor_holds(Load load) const;
@@ -70,6 +71,7 @@ class Box {
     Assumed assumed_ = Assumed::nothing;
     bool doubts_ = false;  // an assumption of this step was wrong
     Vector direction_{};   // of its motion
+    // What brakes did that hold a sliding box across its motion, and from turning.
     dJointFeedback across_{}, turning_{};
 };
 
