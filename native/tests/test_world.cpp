@@ -63,6 +63,21 @@ TEST_CASE("one or two robots never move the box, three and four push it to the w
     }
 }
 
+TEST_CASE("a robot that runs into the box moves it as far as its momentum goes against friction") {
+    for (const double time_step : {0.005, 0.05}) {
+        Fixture fixture({0, -0.2, kPi / 2});
+        fixture.without_noise().box_at(0, 0).config.physics.time_step = time_step;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        const double speed = 0.12, m = scene.robot.mass, both = m + scene.box.mass;
+        world.set_rim_speeds(0, speed, speed);
+        run(world, 3, time_step);
+        const double hold = scene.physics.box_friction * scene.box.mass * scene.physics.gravity;
+        const double way = std::pow(m * speed, 2) / (2 * both * (hold - traction_limit(scene)));
+        CHECK(world.box_pose().y == doctest::Approx(way).epsilon(0.1));
+    }
+}
+
 TEST_CASE("robots that press the box to the wall do not enter it") {
     for (const double gap : {0.0, 1e-12, 1e-9, 1e-6, 1e-4}) {
         for (const double time_step : {0.005, 0.02, 0.05}) {
