@@ -69,13 +69,16 @@ void Box::add_floor_contacts(Contacts& contacts) {
 }
 
 void Box::add_foot(Contacts& contacts, int number) const {
-    const Vector at = to_world(body_, foot(number));
     const double mu = scene_.physics.box_friction * (1 + number * kTieBreak);
-    if (!is_level_)
+    if (!is_level_) {
+        const Vector at = to_world(body_, foot(number));
         contacts.add(body_, nullptr, at, {0, 0, 1}, at[2], {direction_, mu, mu, 0});
-    else if (mu > 0)
-        contacts.add_level(body_, at[0], at[1],
-                           {direction_, mu, mu, 0, scene_.box.mass * scene_.physics.gravity / kCorners});
+    } else if (mu > 0) {
+        const double load = scene_.box.mass * scene_.physics.gravity / kCorners;
+        const dReal* middle = dBodyGetPosition(body_);
+        const Vector to = corner(number);
+        contacts.add_level(body_, middle[0] + to[0], middle[1] + to[1], {direction_, mu, mu, 0, load});
+    }
 }
 
 bool Box::moved_as_assumed(const Load& load) {
