@@ -51,7 +51,8 @@ CYCLE: Final = (BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY, YELLOW)
 """Of trials and robots: a robot has the same colour in its replay."""
 INK: Final = "#1b1b1f"
 """Text, axes and whatever is black in print."""
-MARKERS: Final = "osD^vPX"
+MARKERS: Final = "osD^vPX*"
+"""Of trials; one more than colours, so that the pairs of both begin anew after 56 trials only."""
 STYLES: Final = ("-", "--", "-.", ":")
 
 OCCUPANCY = LinearSegmentedColormap.from_list(

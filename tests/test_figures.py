@@ -108,6 +108,11 @@ def test_robots_have_the_colours_of_their_replays() -> None:
     assert tuple(figures.CYCLE) == tuple(replay_scene.COLOURS)
 
 
+def test_trials_can_be_told_apart() -> None:
+    pairs = {(i % len(figures.CYCLE), i % len(figures.MARKERS)) for i in range(50)}
+    assert len(pairs) == 50
+
+
 def test_a_run_shows_all_that_it_can(run: Path) -> None:
     names = [name for name, _ in figures.every(run)]
     assert names == ["fronts", "hypervolume", "evolution", "attainment", "paths", "occupancy", "network"]

@@ -6,6 +6,7 @@
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
   const COLOURS = ["var(--blue)", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442"]; // Okabe and Ito's
+  // One more than colours: the pairs of both begin anew after 56 trials only.
   const SHAPES = [
     "M5,0A5,5 0 1 1 -5,0A5,5 0 1 1 5,0Z",
     "M-4.6,-4.6H4.6V4.6H-4.6Z",
@@ -14,6 +15,7 @@
     "M0,6L5.8,-4.4H-5.8Z",
     "M-2,-5.6H2V-2H5.6V2H2V5.6H-2V2H-5.6V-2H-2Z",
     "M-5.4,-2.8L-2.8,-5.4L0,-2.6L2.8,-5.4L5.4,-2.8L2.6,0L5.4,2.8L2.8,5.4L0,2.6L-2.8,5.4L-5.4,2.8L-2.6,0Z",
+    "M0,-6.6L1.8,-2.3L6.4,-2L2.8,0.9L4.1,5.4L0,2.8L-4.1,5.4L-2.8,0.9L-6.4,-2L-1.8,-2.3Z",
   ];
   const MARGIN = { left: 48, right: 18, top: 14, bottom: 46 };
 
