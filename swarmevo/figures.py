@@ -67,8 +67,6 @@ SHADES: Final = 24
 """In which a path becomes stronger with time."""
 AFTERWARDS: Final = 2.0
 """A path ends so long after the box has come to the wall [s]."""
-MOST_VECTORS: Final = 1000
-"""Points beyond which a cloud becomes an image inside the figure."""
 
 SENSORS: Final = (
     *(f"ps{i}" for i in range(8)),
@@ -236,10 +234,7 @@ def evolution(run: Run, trial: int | None = None) -> Picture:
         generations = np.repeat([number for number, _ in clouds], [len(points) for _, points in clouds])
         points = np.concatenate([points for _, points in clouds])
         best = np.concatenate([_is_front(store.objectives, points) for _, points in clouds])
-        dim = axes.scatter(
-            generations[~best], *points[~best].T, s=7, color=SKY, alpha=0.6, linewidths=0, depthshade=False
-        )
-        dim.set_rasterized(len(points) > MOST_VECTORS)
+        axes.scatter(generations[~best], *points[~best].T, s=7, color=SKY, alpha=0.6, linewidths=0, depthshade=False)
         axes.scatter(
             generations[best], *points[best].T, c=generations[best], cmap="viridis", s=16, alpha=1, depthshade=False,
             edgecolors=INK, linewidths=0.3,
