@@ -113,6 +113,12 @@ def test_trials_can_be_told_apart() -> None:
     assert len(pairs) == 50
 
 
+def test_the_page_has_as_many_shapes_as_the_figures() -> None:
+    page = (Path(figures.__file__).parent / "report_page" / "report.js").read_text()
+    shapes = page.partition("const SHAPES = [")[2].partition("];")[0]
+    assert shapes.count('"M') == len(figures.MARKERS)
+
+
 def test_a_run_shows_all_that_it_can(run: Path) -> None:
     names = [name for name, _ in figures.every(run)]
     assert names == ["fronts", "hypervolume", "evolution", "attainment", "paths", "occupancy", "network"]

@@ -167,6 +167,18 @@ def test_a_generation_is_stored_as_a_whole_or_not_at_all(store: Store) -> None:
     store.append(0, 1, generation(seed=1), encode_state({"after": 1}))
 
 
+def test_a_generation_is_stored_without_reading_all_before_it(store: Store) -> None:
+    """Else each would cost more the longer the run is."""
+    statements: list[str] = []
+    store._database.set_trace_callback(statements.append)
+    store.append(0, 0, generation(), encode_state({}))
+    store._database.set_trace_callback(None)
+    written = [s for s in statements if s.startswith(("INSERT", "UPDATE", "DELETE", "REPLACE"))]
+    plans = [row[3] for s in written for row in store._database.execute(f"EXPLAIN QUERY PLAN {s}")]
+    assert any("SEARCH episode" in plan for plan in plans)
+    assert not any(plan.startswith("SCAN") and "in_flight" not in plan for plan in plans)
+
+
 def test_what_is_not_stored_is_an_error(store: Store) -> None:
     with pytest.raises(StoreError, match="there is no generation 0 of trial 5"):
         store.generation(5, 0)

@@ -351,3 +351,23 @@ TEST_CASE("robots, box and contacts of a world that ODE broke go without harm") 
         CHECK_NOTHROW(other.fold_state(0));
     }
 }
+
+TEST_CASE("a brake takes its force over the mass from a speed, without a limit all of it") {
+    constexpr double kInertia = 1e-4, kSpeed = 0.1, kSpin = 2;
+    for (const double limit : {0.3, double(dInfinity)}) {
+        Cubes cubes(0);
+        const dBodyID body = create_level_body(cubes.world.id(), {0, 0, 0}, 0.3, kMass, kInertia);
+        dBodySetLinearVel(body, kSpeed, kSpeed, 0);
+        dBodySetAngularVel(body, 0, 0, kSpin);
+        cubes.contacts.begin(kStep, false);
+        cubes.contacts.add_brake(body, kEast, limit);
+        cubes.contacts.add_turning_brake(body, limit / 100);
+        cubes.world.step(kStep);
+        const BodyState state = state_of(body);
+        CHECK(state.velocity[0] ==
+              doctest::Approx(kSpeed - std::min(limit * kStep / kMass, kSpeed)).scale(1).epsilon(1e-4));
+        CHECK(state.velocity[1] == doctest::Approx(kSpeed));
+        CHECK(state.spin[2] ==
+              doctest::Approx(kSpin - std::min(limit / 100 * kStep / kInertia, kSpin)).scale(1).epsilon(1e-2));
+    }
+}
