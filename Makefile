@@ -46,7 +46,8 @@ lint: $(VENV)/installed-lint build/system-lint
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	clang-format --dry-run --Werror native/include/*.h native/src/* native/tests/* native/fuzz/*.?pp
+	clang-format --dry-run --Werror native/include/*.h native/src/* native/reference/* native/tests/* native/fuzz/*.?pp \
+	  benchmarks/native/*.cpp benchmarks/peers/*.cpp
 
 sanitize: build/system-test
 	for sanitizer in address,undefined thread; do \
