@@ -15,6 +15,7 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,13 @@ def avoiding_network() -> FeedForward:
     output[0, 1, [0, 1, 2]] = -4.0, -4.0, -1.0  # right sensors slow the right wheel... and so it turns
     output[0, 0, [5, 6, 7]] = -1.0, -3.0, -3.0
     return FeedForward(hidden, output, np.arange(15)[None] < 8)
+
+
+def write_networks(path: Path, networks: FeedForward) -> None:
+    """Write one network a line, as the 2-D peers read them: weights and switches row by row, with commas."""
+    parts = (networks.input_hidden, networks.hidden_output, networks.hidden_switch)
+    rows = np.hstack([np.asarray(part).reshape(len(networks), -1) for part in parts])
+    np.savetxt(path, rows, delimiter=",", fmt="%.17g")
 
 
 # ---- cases ----

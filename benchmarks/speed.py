@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How fast it is: ours and the peers side by side, in alternating runs on one machine. Writes docs/performance.md.
 
-    python -m benchmarks.speed            about ten minutes; the peers need `pip install swarmevo[bench]`
+    python -m benchmarks.speed            about twelve minutes; the peers need `pip install swarmevo[bench]`,
+                                          Box2D's needs g++ and Debian's libbox2d-dev
     python -m benchmarks.speed --rounds 1 --quick
 
 Rates are simulated seconds for each second of CPU time (all threads of the process), medians over the rounds. Absolute
@@ -21,12 +22,15 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from benchmarks.cases import Case, changed, random_networks
+from benchmarks.cases import CASES, Case, changed, random_networks, write_networks
 from swarmevo import evolution
 from swarmevo.config import Config, seeded
 from swarmevo.simulator import library_info
@@ -45,8 +49,17 @@ def peer(script: str, *arguments: str) -> list[str]:
     return [sys.executable, str(PEERS / f"{script}_scene.py"), "--repeat", "1", *arguments]
 
 
-# Name, what it is, command. The first of each group is ours.
-SIDE_BY_SIDE: dict[str, list[tuple[str, list[str]]]] = {
+@dataclass(frozen=True)
+class Planar:
+    """A case of a 2-D peer; :func:`prepare` finds out how to run it."""
+
+    peer: str
+    case: str
+    episodes: int
+
+
+# Name, command. The first of each group is ours.
+SIDE_BY_SIDE: dict[str, list[tuple[str, list[str] | Planar]]] = {
     "five robots roaming": [
         ("swarmevo", [*OURS, "roaming", "--repeat", "1"]),
         ("swarmevo, articulated", [*OURS, "roaming-articulated", "--repeat", "1"]),
@@ -55,35 +68,50 @@ SIDE_BY_SIDE: dict[str, list[tuple[str, list[str]]]] = {
         ("MuJoCo, no wheels or floor", peer("mujoco", "--mode", "loop", "--config", "planar", "--seconds", "60")),
         ("PyBullet tuned, 3-D", peer("pybullet", "--config", "tuned", "--seconds", "30")),
         ("VMAS, 2-D, 256 worlds", peer("vmas", "--scene", "epuck", "--nsim", "256", "--seconds", "10")),
+        ("Box2D, 2-D", Planar("Box2D", "roaming", 20)),
+        ("Chipmunk by pymunk, 2-D", Planar("Chipmunk", "roaming", 2)),
     ],
     "five robots pushing the box": [
         ("swarmevo", [*OURS, "pushing", "--repeat", "1"]),
         ("swarmevo, articulated", [*OURS, "pushing-articulated", "--repeat", "1"]),
         ("MuJoCo tuned, 3-D", peer("mujoco", "--mode", "step", "--push", "--config", "tuned", "--seconds", "20")),
         ("MuJoCo plain, 3-D", peer("mujoco", "--mode", "step", "--push", "--config", "plain", "--seconds", "20")),
+        ("Box2D, 2-D", Planar("Box2D", "pushing", 40)),
+        ("Chipmunk by pymunk, 2-D", Planar("Chipmunk", "pushing", 10)),
     ],
     "five robots pressed on the box at the wall": [("swarmevo", [*OURS, "pressed", "--repeat", "1"])],
-    "random genomes, mixed": [("swarmevo", [*OURS, "random", "--repeat", "1"])],
+    "random genomes, mixed": [
+        ("swarmevo", [*OURS, "random", "--repeat", "1"]),
+        ("Box2D, 2-D", Planar("Box2D", "random", 40)),
+        ("Chipmunk by pymunk, 2-D", Planar("Chipmunk", "random", 40)),
+    ],
     "Python controller, 256 worlds in lockstep": [("swarmevo", [*OURS, "lockstep", "--repeat", "1"])],
 }
 
 
-def rate_of(command: Sequence[str]) -> float | str:
-    """Run a command that prints one line of JSON; return its rate, or why there is none."""
+def answer_of(command: Sequence[str]) -> dict[str, Any] | str:
+    """Run a command that prints one line of JSON; return what it says, or why it says nothing."""
     try:
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600)
     except subprocess.TimeoutExpired:
         return "took longer than ten minutes"
     try:
-        return float(json.loads(done.stdout.splitlines()[-1])["realtime_factor_per_cpu_s"])
-    except (IndexError, KeyError, ValueError):
+        return dict(json.loads(done.stdout.splitlines()[-1]))
+    except (IndexError, ValueError):
         return (done.stderr.strip().splitlines() or ["no output"])[-1]
 
 
-def side_by_side(rounds: int) -> dict[str, list[tuple[str, list[float], str]]]:
+def rate_of(command: Sequence[str] | str) -> float | str:
+    """Run a command, unless it is the reason why there is none; return its rate, or why there is none."""
+    answer = command if isinstance(command, str) else answer_of(command)
+    return answer if isinstance(answer, str) else float(answer["realtime_factor_per_cpu_s"])
+
+
+def side_by_side(rounds: int, prepared: Mapping[str, Prepared | str]) -> dict[str, list[tuple[str, list[float], str]]]:
     """Return for each group its runners: name, rates of all rounds, reason if there are none."""
     results = {}
-    for group, runners in SIDE_BY_SIDE.items():
+    for group, entries in SIDE_BY_SIDE.items():
+        runners = [runner(name, what, prepared) for name, what in entries]
         rates: dict[str, list[float]] = {name: [] for name, _ in runners}
         reasons = dict.fromkeys(rates, "")
         for _ in range(rounds):  # alternating: what slows the machine down slows all of them down
@@ -96,6 +124,120 @@ def side_by_side(rounds: int) -> dict[str, list[tuple[str, list[float], str]]]:
                 print(f"  {group}: {name}: {rate}", file=sys.stderr)
         results[group] = [(name, rates[name], reasons[name]) for name in rates]
     return results
+
+
+# ---- the 2-D peers ----
+
+STEPS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.025, 0.05)  # [s]; each divides the control period
+WAY_TOLERANCE = 0.02  # of the box's way at the smallest step
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What became of the box that is pushed without noise, at one step."""
+
+    way: float  # [m]
+    overlap: float  # the deepest [mm]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A 2-D peer that can be run."""
+
+    program: list[str]
+    folder: Path  # of the cases' networks
+    trials: dict[float, Trial]  # by step [s]
+
+    @property
+    def step(self) -> float:
+        """The largest valid step [s]."""
+        return valid_steps({step: trial.way for step, trial in self.trials.items()})[-1]
+
+
+def valid_steps(ways: Mapping[float, float]) -> list[float]:
+    """Return the steps [s], from the smallest on, at which the way of the box [m] is near that at the smallest.
+
+    A step behind one that is not valid is not valid either, however near its way comes by chance. Raises ``ValueError``
+    if the box does not move at the smallest step.
+    """
+    steps = sorted(ways)
+    reference = ways[steps[0]]
+    if not reference > 0:
+        raise ValueError(f"expected a box that is pushed at the step of {steps[0]:g} s, got a way of {reference:g} m")
+    return list(takewhile(lambda step: abs(ways[step] - reference) <= WAY_TOLERANCE * reference, steps))
+
+
+def planar_command(program: Sequence[str], folder: Path, name: str, step: float, episodes: int) -> list[str]:
+    """Return the command that runs a case of ours with a 2-D peer."""
+    ours = planar_case(name)
+    options = {
+        "networks": folder / f"{name}.csv",
+        "dt": step,
+        "seconds": ours.config.episode.horizon,
+        "episodes": episodes,
+        "box-friction": ours.config.physics.box_friction,
+    }
+    return [*program, name, *(str(word) for key, value in options.items() for word in (f"--{key}", value))]
+
+
+def planar_case(name: str) -> Case:
+    """Return a case of ours that 2-D peers run too."""
+    ours = CASES[name]()
+    assert isinstance(ours, Case)
+    return ours
+
+
+def runner(name: str, what: list[str] | Planar, prepared: Mapping[str, Prepared | str]) -> tuple[str, list[str] | str]:
+    """Return the name of a runner and its command, or why there is none."""
+    if not isinstance(what, Planar):
+        return name, what
+    found = prepared[what.peer]
+    if isinstance(found, str):
+        return name, found
+    command = planar_command(found.program, found.folder, what.case, found.step, what.episodes)
+    return f"{name}, at {1000 * found.step:g} ms", command
+
+
+def compiled_box2d(folder: Path) -> list[str] | str:
+    """Return the program of Box2D's scene, or why there is none."""
+    if not shutil.which("g++"):
+        return "g++ is not installed"
+    program = str(folder / "box2d_scene")
+    source = str(PEERS / "box2d_scene.cpp")
+    done = subprocess.run(
+        ["g++", "-std=c++17", "-O2", source, "-lbox2d", "-o", program], capture_output=True, text=True
+    )
+    if done.returncode:
+        reason = re.search(r"(?<=error: ).*|cannot find .*", done.stderr)
+        return reason[0] if reason else "g++ failed"
+    return [program]
+
+
+def prepare(folder: Path) -> dict[str, Prepared | str]:
+    """Return the 2-D peers with their trials, or why they cannot be run; ``folder`` keeps what they need."""
+    for name in {what.case for group in SIDE_BY_SIDE.values() for _, what in group if isinstance(what, Planar)}:
+        write_networks(folder / f"{name}.csv", planar_case(name).networks)
+    programs = {
+        "Box2D": compiled_box2d(folder),
+        "Chipmunk": [sys.executable, str(PEERS / "pymunk_scene.py")],
+    }
+    return {name: tried(name, program, folder) for name, program in programs.items()}
+
+
+def tried(name: str, program: list[str] | str, folder: Path) -> Prepared | str:
+    """Return a 2-D peer with its trials, or why it cannot be run."""
+    if isinstance(program, str):
+        return program
+    trials = {}
+    for step in STEPS:
+        command = planar_command(program, folder, "pushing", step, episodes=1)
+        answer = answer_of([*command, "--noise", "0", "--overlap", "1"])
+        if isinstance(answer, str):
+            return answer
+        trials[step] = Trial(answer["box_way_m"], answer["deepest_overlap_mm"])
+    prepared = Prepared(program, folder, trials)
+    print(f"  {name}: valid up to {1000 * prepared.step:g} ms: {trials}", file=sys.stderr)
+    return prepared
 
 
 # ---- more of ours ----
@@ -263,6 +405,17 @@ def compared(results: dict[str, list[tuple[str, list[float], str]]]) -> str:
     return table(["case", "simulator", "simulated s per CPU s", "range", "ours is faster by"], rows)
 
 
+def steps_compared(prepared: Mapping[str, Prepared | str]) -> str:
+    """Return the table of the 2-D peers' steps."""
+    rows = [
+        [name, f"{1000 * step:g} ms", f"{trial.way:.4f}", f"{trial.overlap:.2f}", "yes" if step <= peer.step else "no"]
+        for name, peer in prepared.items()
+        if isinstance(peer, Prepared)
+        for step, trial in peer.trials.items()
+    ]
+    return table(["peer", "step", "way of the box [m]", "deepest overlap [mm]", "valid"], rows)
+
+
 def plot(results: dict[str, list[tuple[str, list[float], str]]], sizes: dict[int, float]) -> None:
     """Draw the rates and the cost of a robot."""
     import matplotlib
@@ -301,7 +454,9 @@ def plot(results: dict[str, list[tuple[str, list[float], str]]], sizes: dict[int
 
 def write_page(rounds: int, quick: bool) -> None:
     """Measure everything and write the page."""
-    results = side_by_side(rounds)
+    with tempfile.TemporaryDirectory() as folder:
+        prepared = prepare(Path(folder))
+        results = side_by_side(rounds, prepared)
     sizes = team_sizes([5, 20] if quick else [1, 2, 5, 10, 20, 40, 64], 1 if quick else rounds)
     pushers = {n: float(rate_of([*OURS, f"pushers-{n}", "--repeat", "3"])) for n in ([5] if quick else range(1, 6))}
     gains = thread_gain(2 if quick else 10)
@@ -314,6 +469,8 @@ def write_page(rounds: int, quick: bool) -> None:
     text += f"Library: {library_info()['build']}. Rounds: {rounds}.\n\n"
     text += "![Rates and cost per robot](performance/speed.svg)\n\n"
     text += "## Side by side\n\n" + compared(results)
+    text += "\n## Steps of the 2-D peers\n\nFive robots push the box for 8 s without noise.\n\n"
+    text += steps_compared(prepared)
     text += "\n## Teams\n\nAvoiding robots, random starts, the same floor for each robot.\n\n"
     cost = {n: 1e6 / (rate * n) for n, rate in sizes.items()}
     text += table(
