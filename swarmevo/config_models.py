@@ -78,7 +78,7 @@ class Robot(Section):
     """The E-puck's body and drive."""
 
     radius: float = Field(default=0.035, ge=0.005, le=1)
-    """Of the body [m] (ARGoS, the real E-puck)."""
+    """Of the body, to the rim of its bumper [m] (ARGoS, the real E-puck)."""
     height: float = Field(default=0.05, ge=0.005, le=2)
     """Top of the body, where the RF receiver is [m]."""
     mass: float = Field(default=0.08, ge=0.001, le=100)
@@ -97,6 +97,14 @@ class Robot(Section):
     """Front and rear caster, ahead of and behind the axle [m]. The nearer, the less a robot can push with."""
     caster_clearance: float = Field(default=0.0005, ge=0, le=0.01)
     """Between casters and floor when the robot stands upright [m]; with `drive: articulated`."""
+    bumper: Literal["sprung", "rigid"] = "sprung"
+    """The touch sensors are a sprung bumper all round the body, which meets box, walls and robots softly; or rigid."""
+    bumper_stiffness: float = Field(default=100.0, ge=1, le=1e6)
+    """[N/m]. At 100 a robot that pushes with all its traction, 0.52 N, presses its bumper in by 5.2 mm."""
+    bumper_damping: float = Field(default=4.5, ge=0, le=1e5)
+    """[N s/m]. At 4.5 a blow at top speed has about the lowest peak force (docs/validation.md)."""
+    bumper_travel: float = Field(default=0.006, ge=0.0001, le=1)
+    """From the rim, which is the body's radius, inwards to a rigid stop [m]."""
 
 
 class Team(Section):
@@ -175,13 +183,13 @@ class Physics(Section):
     """Of ODE, which moves the bodies."""
 
     time_step: float = Field(default=0.05, ge=0.0005, le=0.05)
-    """[s]; the default is the largest whose errors docs/validation.md finds below 1 % of the way."""
+    """[s]. A step is cut where speeds change much in it; docs/validation.md has the errors."""
     gravity: float = Field(default=9.81, ge=0.1, le=100)
     """[m/s^2]."""
     wheel_friction: float = Field(default=1.0, ge=0, le=10)
     """Coulomb coefficient between wheel and floor."""
-    box_friction: float = Field(default=0.58, ge=0, le=10)
-    """Coulomb coefficient between box and floor: with 0.58 three robots move the box and two do not
+    box_friction: float = Field(default=0.62, ge=0, le=10)
+    """Coulomb coefficient between box and floor: with 0.62 three robots move the box and two do not
     (docs/validation.md)."""
     side_friction: float = Field(default=0.2, ge=0, le=10)
     """Coulomb coefficient between robots, box and walls (docs/paper-map.md)."""

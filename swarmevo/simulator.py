@@ -77,7 +77,7 @@ class Episodes:
     box_pose: FloatArray
     """``(n, 3)``: x [m], y [m], heading [rad] at the end."""
     max_penetration: FloatArray
-    """``(n,)``: deepest overlap of any two bodies, walls or floor [m]."""
+    """``(n,)``: deepest overlap of any two bodies, walls or floor, beyond the travel of bumpers [m]."""
     max_lift: FloatArray
     """``(n,)``: largest rise of a body's centre [m]."""
     min_upright: FloatArray

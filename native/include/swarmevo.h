@@ -27,7 +27,7 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 1
+#define SWE_ABI_VERSION 2
 
 #define SWE_INFRARED_SENSORS 8
 #define SWE_TOUCH_SENSORS 4
@@ -95,7 +95,7 @@ typedef struct swe_emitter_config {
 #define SWE_REACH_ARENA 2 /* heard everywhere */
 
 typedef struct swe_robot_config {
-    double radius;           /* of the body [m] */
+    double radius;           /* of the body, to the rim of its bumper [m] */
     double height;           /* top of the body above the floor [m] */
     double mass;             /* [kg] */
     double centre_of_mass;   /* height above the floor [m] */
@@ -105,7 +105,14 @@ typedef struct swe_robot_config {
     double motor_torque;     /* largest of a wheel's motor [N m]; read by SWE_DRIVE_ARTICULATED alone */
     double caster_offset;    /* front and rear caster, ahead of and behind the axle [m] */
     double caster_clearance; /* between casters and floor when upright [m] */
+    double bumper_stiffness; /* of the sprung bumper [N/m] */
+    double bumper_damping;   /* [N s/m] */
+    double bumper_travel;    /* from its rim, which is the body's radius, inwards to a rigid stop [m] */
+    int32_t bumper;          /* SWE_BUMPER_*; a rigid one does not read the three before */
 } swe_robot_config;
+
+#define SWE_BUMPER_SPRUNG 1 /* meets box, walls and other robots softly, all round the body */
+#define SWE_BUMPER_RIGID 2
 
 typedef struct swe_team_config {
     uint32_t robots;           /* 1 to SWE_MAX_ROBOTS */
@@ -247,7 +254,7 @@ typedef struct swe_outcome {
     uint64_t hash;           /* of every body's state at every control step */
     double push_time;        /* first touch of box and target wall [s]; NaN: never */
     double box_pose[3];      /* at the end: x [m], y [m], heading [rad] */
-    double max_penetration;  /* deepest overlap of any two bodies, walls or floor [m] */
+    double max_penetration;  /* deepest overlap of any two bodies, walls or floor, beyond bumpers' travel [m] */
     double max_lift;         /* largest rise of any body's centre above its resting height [m] */
     double min_upright;      /* smallest cosine of any body's tilt; below 0.5 a robot has fallen */
 } swe_outcome;

@@ -5,12 +5,18 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "scene.hpp"
 
 namespace swarmevo {
 
 using Vector = std::array<double, 3>;
+
+// Of a vector in the plane; faster than std::hypot, whose care for huge values nothing here needs.
+inline double norm(double x, double y) {
+    return std::sqrt(x * x + y * y);
+}
 
 // A solid upright cylinder's moments of inertia about its centre [kg m^2].
 // Simplification: the real robot's mass is not spread evenly; its makers give no inertia.

@@ -137,6 +137,17 @@ void check_centre_of_mass(Check& check, const swe_robot_config& r, const swe_phy
              ": raise it or reduce robot.wheel_radius");
 }
 
+// The stop lies within the body. A bumper that gives way further than its travel under the robot's own push is fine: it
+// ends at the stop.
+void check_bumper(Check& check, const swe_robot_config& r) {
+    check.choice("robot.bumper", r.bumper, SWE_BUMPER_RIGID);
+    check.range("robot.bumper_stiffness", r.bumper_stiffness, 1, 1e6, "N/m");
+    check.range("robot.bumper_damping", r.bumper_damping, 0, 1e5, "N s/m");
+    if (check.range("robot.bumper_travel", r.bumper_travel, 0.0001, 1, "m") && r.bumper_travel > r.radius / 2)
+        check.fail("robot.bumper_travel: expected at most half of robot.radius (" + number(r.radius / 2) + " m), got " +
+                   number(r.bumper_travel) + " m");
+}
+
 void check_robot(Check& check, const swe_robot_config& r, const swe_physics_config& physics) {
     bool sized = check.range("robot.radius", r.radius, 0.005, 1, "m");
     sized &= check.range("robot.height", r.height, 0.005, 2, "m");
@@ -148,6 +159,7 @@ void check_robot(Check& check, const swe_robot_config& r, const swe_physics_conf
     check.range("robot.motor_torque", r.motor_torque, 1e-6, 100, "N m");
     sized &= check.range("robot.caster_offset", r.caster_offset, 0.001, 1, "m");
     sized &= check.range("robot.caster_clearance", r.caster_clearance, 0, 0.01, "m");
+    check_bumper(check, r);
     if (!sized) return;
     check_robot_shape(check, r);
     check_centre_of_mass(check, r, physics);

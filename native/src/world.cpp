@@ -28,26 +28,14 @@
 #include "error.hpp"
 #include "world_average.hpp"
 #include "world_box.hpp"
+#include "world_compliant.hpp"
+#include "world_constants.hpp"
 #include "world_drive.hpp"
 #include "world_ode.hpp"
 #include "world_sides.hpp"
 
 namespace swarmevo {
 namespace {
-
-// Speed at which overlaps are pushed apart, at most [m/s]: about a robot's top speed.
-constexpr double kLargestCorrection = 0.1;
-// A body slower than this stops [m/s], [rad/s]: friction would halve its speed for ever, until it cannot be divided by.
-constexpr double kLeastSpeed = 1e-15;
-// How often a step is halved at most where ODE's solver stalls.
-constexpr int kDeepestHalving = 4;
-// Length of the step that a collision takes, and the shortest step that is cut for one [s].
-constexpr double kBlow = 2.5e-4, kShortestCut = 1e-3, kHair = 2e-5;
-// Collisions in one step that are treated so.
-constexpr int kMostCuts = 4;
-// Farthest that a body that was thrown moves in one piece of a step [m], since contacts are those of the piece's
-// beginning; and pieces at most.
-constexpr double kThrownWay = 1e-3, kMostPieces = 1e4;
 
 // Potential above rest and kinetic energy [J].
 double energy_of(dBodyID body, double resting_height, double gravity) {
@@ -77,8 +65,8 @@ struct World::Impl {
         std::vector<double> resting_heights;  // of its bodies [m]
         bool is_free = true;                  // nothing but the floor is near in this step
         bool coasts = false;                  // and so it needs no solver
+        bool is_solved = false;               // its floor contacts are in the step
         bool is_steady = false;               // its wheels' speeds are those of the last step
-        Sides::Push push;
     };
 
     const Scene& scene;
@@ -86,26 +74,29 @@ struct World::Impl {
     Contacts contacts;
     AverageVelocity average;
     Sides sides;
+    CompliantStep compliant;
     std::vector<Robot> robots;
     Box box;
-    int box_number;               // in `average`
-    std::vector<dBodyID> bodies;  // all
-    bool is_level;                // all bodies stay so, and their loads are known
+    int box_number;                 // in `average`
+    std::vector<dBodyID> bodies;    // all
+    std::vector<BodyState> before;  // of them, at the start of the step
+    bool is_level;                  // all bodies stay so, and their loads are known
     Extremes extremes;
     unsigned messages = 0, unsolved = 0;
-    bool cautious = false;  // bodies met in this step that were not likely to
-    double prepared = 0;    // the contacts that are there are for a step of this length from the present state [s]
+    double length;  // of the coming step, if it is not to be cut [s]
 
     Impl(const Scene& description, const std::vector<Pose>& starts)
         : scene(description),
           contacts(ode, description.physics),
-          sides(description, contacts, average),
+          average(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS),
+          sides(description, average),
+          compliant(contacts, kForceError * traction_limit(description)),
           box(description, ode.id()),
-          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS) {
+          is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS),
+          length(description.physics.time_step) {
         dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
         dWorldSetERP(ode.id(), scene.physics.contact_erp);
         dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
-        dWorldSetContactMaxCorrectingVel(ode.id(), kLargestCorrection);
         dWorldSetAutoDisableFlag(ode.id(), 0);
         robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
         for (std::size_t i = 0; i < starts.size(); ++i) add_robot(robots[i], static_cast<int>(i), starts[i]);
@@ -118,7 +109,8 @@ struct World::Impl {
         const double pull = traction_limit(scene);
         const double twist =
             scene.physics.wheel_friction * scene.robot.mass * scene.physics.gravity * scene.robot.axle_length / 2;
-        average.add_body(robot.drive->body(), {pull / scene.robot.mass, twist / robot_inertia(scene.robot).vertical});
+        average.add_body(robot.drive->body(),
+                         {pull / scene.robot.mass, twist / robot_inertia(scene.robot).vertical, scene.robot.radius});
         for (const dBodyID body : robot.drive->bodies()) {
             bodies.push_back(body);
             robot.resting_heights.push_back(dBodyGetPosition(body)[2]);
@@ -131,55 +123,86 @@ struct World::Impl {
         const double pull = scene.physics.box_friction * scene.physics.gravity;
         const double gyration_squared = box.reach() * box.reach() / 3;
         box_number = static_cast<int>(robots.size());
-        average.add_body(box.body(), {pull, pull * box.reach() / gyration_squared});
+        average.add_body(box.body(), {pull, pull * box.reach() / gyration_squared, box.reach()});
     }
 
     // ---- contacts ----
 
-    static Sides::Solid solid(const Robot& robot) { return {robot.drive->body(), robot.number}; }
+    static Sides::Solid solid(const Robot& robot) { return {robot.drive->body(), robot.number, 1}; }
 
-    // All contacts of a step of this length [s].
-    void add_all_contacts(double time_step, bool soft) {
-        contacts.begin(time_step, soft);
+    // What each body is expected to do in a step, from how it moves now.
+    void expect() {
+        box.expect(average.has_settled(box_number));
+        for (Robot& robot : robots) robot.drive->expect();
+    }
+
+    // What meets in the step, and who is to be solved for.
+    void lay_out(double time_step, bool cautious) {
         average.begin(time_step, !is_level || cautious);
-        prepared = soft ? 0 : time_step;
-        for (const Robot& robot : robots) {
-            robot.drive->forget();
-            const Vector aim = robot.drive->intended_velocity();
-            average.intend(robot.number, aim[0], aim[1]);
+        sides.begin();
+        box.stand(average.place(box_number));
+        for (Robot& robot : robots) {
+            const Twist aim = robot.drive->intended_motion();
+            average.intend(robot.number, aim.x, aim.y);
+            robot.is_free = true;
         }
-        box.assume(average.has_settled(box_number));
         for (std::size_t i = 0; i < robots.size(); ++i) add_sides(i);
-        const std::vector<char> rest = who_rests();
+        const std::vector<char> rest = resting_robots();
         for (Robot& robot : robots) {
             robot.coasts = robot.is_free && robot.drive->can_coast(time_step);
-            const bool is_solved = !robot.coasts && !rest[robot.number];
-            set_enabled(robot.drive->body(), is_solved);
-            if (is_solved) robot.drive->add_floor_contacts(contacts, time_step, robot.is_free);
+            robot.is_solved = !robot.coasts && !rest[robot.number];
+            if (rest[robot.number]) average.hold(robot.number);
+            set_enabled(robot.drive->body(), robot.is_solved);
         }
         set_enabled(box.body(), !box.stands());
-        if (box.stands()) return;
-        box.add_floor_contacts(contacts);
-        sides.add_box_at_walls(box, box_number);
+        if (!box.stands()) sides.add_box_at_walls(box, box_number);
+    }
+
+    bool give_way(double time_step) {
+        contacts.begin(time_step, false);
+        compliant.begin(time_step);
+        for (Robot& robot : robots) {
+            if (!robot.is_solved) continue;
+            const Place& place = average.place(robot.number);
+            compliant.add_body(robot.number, robot.drive->body(), place, robot.drive.get());
+            robot.drive->add_to(compliant, place);
+        }
+        if (!box.stands()) {
+            compliant.add_body(box_number, box.body(), average.place(box_number), nullptr);
+            box.add_to(compliant);
+        }
+        for (Sides::Pair* pair : sides.pairs()) compliant.add_pair(*pair);
+        return compliant.solve();
+    }
+
+    // Returns the warnings of ODE's solver.
+    unsigned step_by_ode(double time_step, bool soft) {
+        contacts.begin(time_step, soft);
+        for (Robot& robot : robots) {
+            if (!robot.is_solved) continue;
+            average.place_body(robot.number);
+            robot.drive->add_to(contacts, average.place(robot.number));
+        }
+        if (!box.stands()) {
+            average.place_body(box_number);
+            box.add_to(contacts);
+        }
+        sides.add_to(contacts);
+        return ode.step(time_step);
     }
 
     // Of a robot with walls, box and the robots before it.
     void add_sides(std::size_t number) {
-        using Meeting = Sides::Meeting;
         Robot& robot = robots[number];
-        const dReal* p = dBodyGetPosition(robot.drive->body());
-        const double wall_height = std::min(scene.arena.wall_height, scene.robot.height) / 2;
-        const Meeting walls = sides.add_walls(solid(robot), p[0], p[1], scene.robot.radius, wall_height);
-        robot.is_free = walls == Meeting::far;
+        if (sides.add_robot_at_walls(solid(robot))) robot.is_free = false;
         for (std::size_t i = 0; i < number; ++i)
-            if (sides.add_robots(solid(robot), solid(robots[i])) != Meeting::far)
-                robot.is_free = robots[i].is_free = false;
-        if (sides.add_push(solid(robot), box, box_number, robot.push) != Meeting::far) robot.is_free = false;
+            if (sides.add_robots(solid(robot), solid(robots[i]))) robot.is_free = robots[i].is_free = false;
+        if (sides.add_push(solid(robot), box, box_number)) robot.is_free = false;
     }
 
-    // Who stays as it is in this step, by number: at rest after the last one, under the same forces, and all that touch
-    // it alike; a box that stands is like a wall. Among them are robots that push in vain.
-    std::vector<char> who_rests() const {
+    // Those that stay as they are in this step, by number: at rest after the last one, under the same forces, and all
+    // that touch them alike; a box that stands is like a wall. Among them are robots that push in vain.
+    std::vector<char> resting_robots() const {
         std::vector<char> rest(robots.size() + 1);
         // The reference leaves nothing out. Forces settle a little later than motions: not good enough for a sensor of
         // force.
@@ -219,17 +242,15 @@ struct World::Impl {
 
     // ---- the step ----
     //
-    // step()     the time step; in short pieces where something was thrown
-    // advance()  a piece; cut where bodies collide
-    // solve()    a cut; taken back and tried again where it went otherwise than assumed, or ODE's solver stalls
-    // attempt()  one call of ODE, with the contacts of advance() if they are for the same time
-    // finish()   what is to be done after a cut that holds
+    // A step rests on assumptions: what stands goes on standing, friction acts as it is expected to, what is not likely
+    // to meet does not, and speeds change little. solve() checks them after the step; where one did not come true, the
+    // step is taken back and laid out anew with what it showed, or cut.
 
     // Of any body's points [m/s].
     double fastest_motion() const {
         const auto speed = [](dBodyID body) {
             const dReal* v = dBodyGetLinearVel(body);
-            return std::hypot(v[0], v[1]);
+            return norm(v[0], v[1]);
         };
         double fastest = speed(box.body()) + std::abs(dBodyGetAngularVel(box.body())[2]) * box.reach();
         for (const Robot& robot : robots) fastest = std::max(fastest, speed(robot.drive->body()));
@@ -238,101 +259,124 @@ struct World::Impl {
     }
 
     // Bodies faster than wheels can make them were thrown: what they hit is soon as fast, and may meet a third before
-    // the step is over. So it is taken in short pieces.
+    // the step is over.
+    double longest_step() const {
+        const double driven = 2 * rim_speed(scene.robot, 1, scene.noise.wheels), speed = fastest_motion();
+        return speed > driven ? std::fmax(kThrownWay / speed, kShortestStep) : scene.physics.time_step;
+    }
+
     void step() {
-        const double driven = 2 * rim_speed(scene.robot, 1, scene.noise.wheels);
-        double left_over = scene.physics.time_step;
-        for (double pieces = 0; pieces != 1; left_over -= left_over / pieces) {
-            const double speed = fastest_motion();
-            pieces = speed > driven ? std::clamp(std::ceil(left_over * speed / kThrownWay), 1.0, kMostPieces) : 1;
-            advance(left_over / pieces);
+        const double whole = scene.physics.time_step;
+        for (double left = whole; left > kShortestStep / 2;) {
+            const double longest = std::fmin(length, longest_step());
+            left -= solve(left / std::ceil(left / longest - 1e-6));
         }
         note_extremes();
     }
 
-    // A step in which bodies collide is cut there: up to the collision, the blow itself, and the rest. In one piece,
-    // friction would act before the blow as it does after it.
-    void advance(double left_over) {
-        for (int cut = 0; cut < kMostCuts && left_over > kShortestCut; ++cut) {
-            add_all_contacts(left_over, false);
-            const double collision = average.first_collision();
-            if (collision >= left_over - kBlow) break;
-            // A hair short of it: a gap that closes exactly at the end of a step would tie the solver's rows.
-            const double run_up = collision > kBlow ? collision - kHair : 0;
-            if (run_up > 0) solve(run_up);
-            solve(kBlow);
-            left_over -= run_up + kBlow;
-        }
-        solve(left_over);
-    }
-
-    // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP internal error"):
-    // robots would sink into the floor. Then the step is taken back and tried again, first with softer contacts, no two
-    // alike, then in two halves.
-    void solve(double time_step, int depth = 0) {
-        std::vector<BodyState> before;
-        before.reserve(bodies.size());
-        for (const dBodyID body : bodies) before.push_back(state_of(body));
-        const auto take_back = [&] {
+    // Takes a step of this length [s], or a shorter one where it must. Returns how long it was.
+    double solve(double time_step) {
+        note_states();
+        bool cautious = false, soft = false;
+        int tries = 0, halvings = 0;
+        const auto again = [&](double new_step) {
             for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
+            if (new_step != time_step) expect(), tries = 0;
+            time_step = new_step;
         };
-        for (const bool soft : {false, true}) {
-            unsigned warnings = attempt(time_step, soft);
-            while (warnings == 0 && !went_as_assumed()) {
-                take_back();
-                warnings = attempt(time_step, soft);
+        expect();
+        bool by_ode = false;
+        for (;;) {
+            lay_out(time_step, cautious);
+            unsigned warnings = 0;
+            by_ode = false;
+            if (!nothing_to_solve()) {
+                by_ode = !is_level || sides.any_rigid() || soft || !give_way(time_step);
+                if (by_ode) warnings = step_by_ode(time_step, soft);
             }
-            messages += warnings;
-            if (warnings == 0) return finish(time_step);
-            if (soft && depth == kDeepestHalving) break;
-            take_back();
+            if (warnings > 0) {
+                // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP
+                // internal error"): robots would sink into the floor. Then softer contacts, no two alike, then a
+                // shorter step.
+                messages += warnings;
+                if (soft && halvings == kDeepestHalving) {
+                    ++unsolved;
+                    break;
+                }
+                halvings += soft;
+                again(soft ? time_step / 2 : time_step);
+                soft = !soft;
+                continue;
+            }
+            const bool kept_clear = average.kept_clear();
+            cautious |= !kept_clear;
+            // Far too long a step is cut before its guesses are mended.
+            const bool stands = fits(by_ode) && kept_clear;
+            const double shorter = time_step * shortening(time_step);
+            if (shorter < time_step && (stands || shorter <= time_step / 4)) {
+                again(shorter);
+            } else if (!stands && ++tries < kMostTries) {
+                again(time_step);
+            } else {
+                break;
+            }
         }
-        if (depth == kDeepestHalving) {
-            ++unsolved;
-            return finish(time_step);
-        }
-        solve(time_step / 2, depth + 1);
-        solve(time_step / 2, depth + 1);
+        finish(time_step, by_ode);
+        return time_step;
     }
 
-    // Returns the warnings of ODE's solver.
-    unsigned attempt(double time_step, bool soft) {
-        if (soft || prepared != time_step) add_all_contacts(time_step, soft);
-        prepared = 0;
-        return nothing_to_solve() ? 0 : ode.step(time_step);
+    void note_states() {
+        before.clear();
+        for (const dBodyID body : bodies) before.push_back(state_of(body));
     }
 
-    bool went_as_assumed() {
-        const bool kept_clear = average.kept_clear();
-        cautious |= !kept_clear;
-        bool holds = box.moved_as_assumed(push_on_box()) && kept_clear;
-        for (const Robot& robot : robots) holds &= robot.drive->slips_as_assumed();
-        return holds;
+    bool fits(bool by_ode) {
+        bool all = true;
+        if (by_ode) {
+            all &= sides.fits();
+            for (Robot& robot : robots)
+                if (robot.is_solved) all &= robot.drive->fits();
+        }
+        return box.fits(push_on_box(), by_ode) && all;
+    }
+
+    double largest_error() const { return scene.robot.bumper == SWE_BUMPER_RIGID ? kRigidWayError : kWayError; }
+
+    // By how much a step of this length is to be cut, in powers of two, since speeds change too much in it.
+    double shortening(double time_step) const {
+        if (!is_level) return 1;
+        double factor = 1, error = average.error();
+        for (; error > largest_error() && factor * time_step > kShortestStep; error /= 4) factor /= 2;
+        return factor;
     }
 
     // What robots do to the box.
-    Box::Load push_on_box() const {
-        const dReal* middle = dBodyGetPosition(box.body());
-        Box::Load load{};
+    Load push_on_box() const {
+        const Place& middle = average.place(box_number);
+        Load load{};
         for (const Robot& robot : robots) {
-            if (!robot.push.may_be) continue;
-            const double x = -robot.push.joint.f1[0], y = -robot.push.joint.f1[1];
+            const Sides::Pair& push = sides.push(robot.number);
+            if (!push.may_meet) continue;
+            const double x = -push.force[0], y = -push.force[1];
             load.x += x;
             load.y += y;
-            load.torque += (robot.push.point[0] - middle[0]) * y - (robot.push.point[1] - middle[1]) * x;
+            load.torque += (push.point[0] - middle.x) * y - (push.point[1] - middle.y) * x;
         }
         return load;
     }
 
-    void finish(double time_step) {
-        box.finish();
-        cautious = false;
+    void finish(double time_step, bool by_ode) {
+        box.finish(by_ode);
+        sides.finish();
+        const double error = is_level ? average.error() : 0;
+        length = error > 0 ? time_step * std::clamp(std::sqrt(largest_error() / error), 0.5, 2.0) : 2 * time_step;
+        length = std::clamp(length, kShortestStep, scene.physics.time_step);
         // The reference model runs at steps that need no correction.
         if (is_level) average.apply();
         for (const dBodyID body : bodies) stop_if_still(body);
         for (Robot& robot : robots) {
             if (robot.coasts) robot.drive->coast(time_step);
-            robot.drive->finish(time_step);
+            if (robot.is_solved && by_ode) robot.drive->finish();
             robot.is_steady = true;
         }
         average.settle();
@@ -369,14 +413,13 @@ Pose World::box_pose() const {
 }
 
 double World::push_force(unsigned robot) const {
-    const Sides::Push& push = impl_->robots[robot].push;
-    if (!push.may_be) return 0;
-    return std::max(0.0, push.joint.f1[0] * push.normal[0] + push.joint.f1[1] * push.normal[1]);
+    const Sides::Pair& push = impl_->sides.push(static_cast<int>(robot));
+    return push.may_meet ? push.press() : 0;
 }
 
 double World::energy() const {
     const double gravity = impl_->scene.physics.gravity;
-    double sum = energy_of(impl_->box.body(), impl_->box.height(), gravity);
+    double sum = impl_->sides.stored_energy() + energy_of(impl_->box.body(), impl_->box.height(), gravity);
     for (const Impl::Robot& robot : impl_->robots)
         for (std::size_t i = 0; i < robot.resting_heights.size(); ++i)
             sum += energy_of(robot.drive->bodies()[i], robot.resting_heights[i], gravity);

@@ -24,7 +24,7 @@ struct Level {
 // Of a body that is not lying on its side.
 Level level_of(dBodyID body) {
     const Vector leftward = axis(body, 1);
-    const double flat = std::hypot(leftward[0], leftward[1]), z = leftward[2];
+    const double flat = norm(leftward[0], leftward[1]), z = leftward[2];
     return {{leftward[1] / flat, -leftward[0] / flat, 0}, {leftward[0] * z / flat, leftward[1] * z / flat, -flat}};
 }
 
@@ -52,43 +52,38 @@ class Articulated : public Drive {
             dJointSetHingeParam(hinges_[side], dParamVel, rim_speeds_[side] / scene_.robot.wheel_radius);
     }
 
-    Vector intended_velocity() const override {
+    Twist intended_motion() const override {
         if (has_fallen()) return {0, 0, 0};
         const Vector forward = level_of(body()).forward;
         const double speed = (rim_speeds_[left] + rim_speeds_[right]) / 2;
-        return {speed * forward[0], speed * forward[1], 0};
+        const double turning = (rim_speeds_[right] - rim_speeds_[left]) / scene_.robot.axle_length;
+        return {speed * forward[0], speed * forward[1], turning};
     }
 
-    void add_floor_contacts(Contacts& contacts, double, bool) override {
+    void add_to(CompliantStep&, const Place&) override {}  // it is never solved so
+
+    void add_to(Contacts& contacts, const Place&) override {
+        expects_ = false;
         if (has_fallen()) return add_fallen_contact(contacts);
-        const double mu = scene_.physics.wheel_friction;
         for (const Side side : {left, right}) {
-            const dBodyID wheel = bodies_[1 + side];
-            const Foot foot = foot_of(wheel);
-            const Grip& grip = grips_[side];
-            const dJointID joint = contacts.add(wheel, nullptr, foot.point, kUp, foot.point[2],
-                                                {foot.forward, mu * grip.along(), mu * grip.across(), 0, loads_[side]});
-            dJointSetFeedback(joint, &feedback_[side]);
+            const Foot foot = foot_of(bodies_[1 + side]);
+            rubs_[side].expect(scene_.physics.wheel_friction * loads_[side], foot.forward, slip(side, foot));
+            rubs_[side].add_pressed(contacts, bodies_[1 + side], foot.point, foot.point[2]);
         }
         const Vector forward = level_of(body()).forward;
         for (const int end : {1, -1}) add_caster_contact(contacts, end, forward);
     }
 
-    void finish(double time_step) override {
+    bool share_loads(const double (&)[2][2]) override { return false; }
+    bool fits() override { return true; }  // at its small steps the slip of the step before is a good guess
+
+    void finish() override {
         if (has_fallen()) return;
-        for (const Side side : {left, right}) {
-            const Foot foot = foot_of(bodies_[1 + side]);
-            const Vector& x = foot.forward;
-            dVector3 v;
-            dBodyGetPointVel(bodies_[1 + side], foot.point[0], foot.point[1], foot.point[2], v);
-            grips_[side].note_slip(v[0] * x[0] + v[1] * x[1], v[1] * x[0] - v[0] * x[1], time_step);
-            loads_[side] = std::fmax(0, feedback_[side].f1[2]);
-        }
+        for (const Side side : {left, right}) loads_[side] = std::fmax(0, rubs_[side].load());
     }
 
     bool can_coast(double) const override { return false; }
     void coast(double) override {}
-    bool slips_as_assumed() override { return true; }
 
   private:
     bool has_fallen() const { return std::abs(axis(body(), 1)[2]) > kFallen; }
@@ -116,6 +111,13 @@ class Articulated : public Drive {
         const Level level = level_of(wheel);
         const dReal* p = dBodyGetPosition(wheel);
         return {below({p[0], p[1], p[2]}, scene_.robot.wheel_radius, level.down_in_wheel_plane), level.forward};
+    }
+
+    // Of a wheel over the floor [m/s].
+    Vector slip(Side side, const Foot& foot) const {
+        dVector3 v;
+        dBodyGetPointVel(bodies_[1 + side], foot.point[0], foot.point[1], foot.point[2], v);
+        return {v[0], v[1], 0};
     }
 
     // What is left of the robot without its wheels, such that all together have its mass, centre and inertia about the
@@ -158,8 +160,7 @@ class Articulated : public Drive {
     }
 
     std::array<dJointID, 2> hinges_{};
-    std::array<dJointFeedback, 2> feedback_{};  // of the wheels' contacts with the floor
-    std::array<double, 2> loads_;               // on the wheels in the last step [N]
+    std::array<double, 2> loads_;  // on the wheels in the last step [N]
     double chassis_centre_ = 0;
 };
 

@@ -3,27 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "world_constants.hpp"
 
 namespace swarmevo {
-namespace {
-
-// Velocity changes below these are left as they are [m/s], [rad/s].
-constexpr double kSlightChange = 1e-7, kSlightTurn = 1e-6;
-// Bodies this near to each other touch [m]; if they then near each other faster than this, they collide [m/s].
-constexpr double kContactGap = 1e-5, kGentle = 0.01;
-// A body slower than this [m/s], [rad/s], that would take longer than this to gain as much [s], has settled.
-constexpr double kRestingSpeed = 2e-5, kRestingSpin = 2e-4, kSettling = 0.1;
-// Speed that others hardly give a body within a step, beyond what it does and means to do, and that they may [m/s].
-constexpr double kShove = 0.1, kUsualShove = 0.02;
-// Gap that may be closed in any step, however short [m].
-constexpr double kSlack = 1e-4;
-constexpr double kNever = std::numeric_limits<double>::infinity();
-
-}  // namespace
-
 void AverageVelocity::add_body(dBodyID body, const Limits& limits) {
-    bodies_.push_back({body, limits, {}, {}, {}, {}, 0, false, false, false});
+    bodies_.push_back({body, limits, {}, {}, {}, {}, {}, {}, {}, false, false});
 }
 
 AverageVelocity::Motion AverageVelocity::motion_of(dBodyID body) {
@@ -36,12 +21,28 @@ void AverageVelocity::begin(double time_step, bool cautious) {
     cautious_ = cautious;
     touches_.clear();
     to_check_.clear();
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-        Body& body = bodies_[i];
+    for (Body& body : bodies_) {
         body.before = body.intended = motion_of(body.id);
-        body.group = static_cast<int>(i);
-        body.in_touch = body.collides = false;
+        body.in_touch = false;
+        std::copy_n(dBodyGetPosition(body.id), 3, body.start.begin());
+        std::copy_n(dBodyGetQuaternion(body.id), 4, body.start_turn);
+        const Motion& v = body.before;
+        const dReal* r = dBodyGetRotation(body.id);
+        body.end = {body.start[0], body.start[1], r[0], r[4]};
+        if (!drifts_) continue;
+        body.end.x += v.x * time_step;
+        body.end.y += v.y * time_step;
+        if (v.spin == 0) continue;
+        const double c = std::cos(v.spin * time_step), s = std::sin(v.spin * time_step);
+        body.end.cosine = r[0] * c - r[4] * s;
+        body.end.sine = r[4] * c + r[0] * s;
     }
+}
+
+void AverageVelocity::place_body(int number) const {
+    const Body& body = bodies_[number];
+    const Motion& v = body.before;
+    if (drifts_) move(body, {v.x * time_step_, v.y * time_step_, v.spin * time_step_});
 }
 
 void AverageVelocity::intend(int body, double x, double y) {
@@ -55,88 +56,82 @@ double AverageVelocity::approach(const Touch& touch, Motion Body::*when) const {
         if (number == kWall) continue;
         const Body& body = bodies_[number];
         const Motion& motion = body.*when;
-        const dReal* centre = dBodyGetPosition(body.id);
-        const double vx = motion.x - motion.spin * (touch.y - centre[1]);
-        const double vy = motion.y + motion.spin * (touch.x - centre[0]);
+        const double vx = motion.x - motion.spin * (touch.y - body.end.y);
+        const double vy = motion.y + motion.spin * (touch.x - body.end.x);
         const double along = vx * touch.normal_x + vy * touch.normal_y;
         speed += number == touch.first ? -along : along;
     }
     return speed;
 }
 
-AverageVelocity::Meeting AverageVelocity::note(const Touch& touch) {
-    const double speed = std::fmax(approach(touch, &Body::before), approach(touch, &Body::intended));
-    const double shove = (touch.gap - kSlack) / time_step_ - speed;  // what it would take
-    const Meeting meeting = cautious_ || shove <= kUsualShove ? Meeting::likely
-                            : shove <= kShove                 ? Meeting::unlikely
-                                                              : Meeting::far;
-    if (meeting != Meeting::far) touches_.push_back(touch);
-    if (meeting != Meeting::likely) to_check_.push_back(touch);
-    return meeting;
+bool AverageVelocity::note(Touch& touch) {
+    const double before = approach(touch, &Body::before);
+    if (drifts_) touch.gap += before * time_step_;
+    speed_ = std::fmax(before, approach(touch, &Body::intended));
+    const bool likely = cautious_ || may_close(touch.gap);
+    (likely ? touches_ : to_check_).push_back(touch);
+    return likely;
+}
+
+bool AverageVelocity::may_close(double gap) const {
+    return cautious_ || gap - kSlack <= (speed_ + kUsualShove) * time_step_;
 }
 
 bool AverageVelocity::kept_clear() {
     for (Body& body : bodies_) body.now = dBodyIsEnabled(body.id) ? motion_of(body.id) : body.intended;
-    return std::none_of(to_check_.begin(), to_check_.end(),
-                        [&](const Touch& touch) { return approach(touch, &Body::now) * time_step_ > touch.gap; });
+    return std::none_of(to_check_.begin(), to_check_.end(), [&](const Touch& touch) {
+        return approach(touch, &Body::now) * time_step_ > touch.gap + (touch.travel > 0 ? kUnnoticed : 0);
+    });
 }
 
-// When in the step bodies collide [s]. Only if they both move towards each other and mean to: one that is about to stop
-// or turn back will not arrive.
-double AverageVelocity::collision_time(const Touch& touch) const {
-    const double speed = std::fmin(approach(touch, &Body::before), approach(touch, &Body::intended));
-    if (speed <= kGentle) return kNever;
-    if (touch.gap <= kContactGap) return 0;
-    return speed * time_step_ > touch.gap ? touch.gap / speed : kNever;
-}
-
-double AverageVelocity::first_collision() const {
-    double first = kNever;
-    for (const Touch& touch : touches_) first = std::fmin(first, collision_time(touch));
-    return first;
-}
-
-int AverageVelocity::root(int body) const {
-    while (bodies_[body].group != body) body = bodies_[body].group;
-    return body;
-}
-
-// Puts two bodies that touched in this step into one group.
-void AverageVelocity::join(const Touch& touch) {
-    if (touch.gap - approach(touch, &Body::now) * time_step_ > kContactGap) return;  // it still leaves a gap
-    const bool collides = touch.gap > kContactGap || approach(touch, &Body::before) > kGentle;
-    const int first = root(touch.first), second = touch.second == kWall ? first : root(touch.second);
-    bodies_[touch.first].in_touch = true;
-    if (touch.second != kWall) bodies_[touch.second].in_touch = true;
-    bodies_[first].collides |= collides || bodies_[second].collides;
-    bodies_[second].group = first;
+double AverageVelocity::error() const {
+    double largest = 0;
+    for (const Touch& touch : touches_) {
+        const double left = touch.gap - approach(touch, &Body::now) * time_step_;
+        if (left > kContactGap) continue;  // it still leaves a gap
+        // Bumpers that are pressed in change their force within the step.
+        const double pressed = std::abs(std::fmin(touch.gap, 0) - std::fmin(left, 0));
+        const double recoil = touch.recoil * pressed * time_step_ / 2;
+        for (const int number : {touch.first, touch.second}) {
+            if (number == kWall) continue;
+            const Body& body = bodies_[number];
+            const double change = norm(body.now.x - body.before.x, body.now.y - body.before.y);
+            const double turn = std::abs(body.now.spin - body.before.spin) * body.limits.reach;
+            largest = std::fmax(largest, (change + turn + recoil) * time_step_ / 2);
+        }
+    }
+    return largest;
 }
 
 void AverageVelocity::apply() {
-    for (Body& body : bodies_) body.now = motion_of(body.id);
-    for (const Touch& touch : touches_) join(touch);
-    for (std::size_t i = 0; i < bodies_.size(); ++i)
-        bodies_[i].missing = bodies_[root(static_cast<int>(i))].collides ? Motion{0, 0, 0} : missing_way(bodies_[i]);
-    while (keep_apart()) continue;
+    for (const Touch& touch : touches_) {
+        if (touch.gap - approach(touch, &Body::now) * time_step_ > kContactGap) continue;
+        bodies_[touch.first].in_touch = true;
+        if (touch.second != kWall) bodies_[touch.second].in_touch = true;
+    }
+    for (Body& body : bodies_) body.missing = missing_way(body);
+    for (const Touch& touch : touches_) keep_apart(touch);
     for (const Body& body : bodies_)
-        if (body.missing.x != 0 || body.missing.y != 0 || body.missing.spin != 0) move(body);
+        if (dBodyIsEnabled(body.id))
+            move(body, {body.now.x * time_step_ + body.missing.x, body.now.y * time_step_ + body.missing.y,
+                        body.now.spin * time_step_ + body.missing.spin});
 }
 
 void AverageVelocity::settle() {
     for (Body& body : bodies_) {
         const Motion now = motion_of(body.id);
-        const double change = std::hypot(now.x - body.before.x, now.y - body.before.y);
+        const double change = norm(now.x - body.before.x, now.y - body.before.y);
         const double turn = std::abs(now.spin - body.before.spin);
-        body.settled = std::hypot(now.x, now.y) < kRestingSpeed && std::abs(now.spin) < kRestingSpin &&
+        body.settled = norm(now.x, now.y) < kRestingSpeed && std::abs(now.spin) < kRestingSpin &&
                        change * kSettling < kRestingSpeed * time_step_ && turn * kSettling < kRestingSpin * time_step_;
     }
 }
 
 // What ODE left out of a body's way [m], [rad].
 AverageVelocity::Motion AverageVelocity::missing_way(const Body& body) const {
+    if (!dBodyIsEnabled(body.id)) return {0, 0, 0};
     const double dx = body.now.x - body.before.x, dy = body.now.y - body.before.y;
-    const double change = std::hypot(dx, dy), turn = body.now.spin - body.before.spin;
-    if (change < kSlightChange && std::abs(turn) < kSlightTurn) return {0, 0, 0};
+    const double change = norm(dx, dy), turn = body.now.spin - body.before.spin;
     // The mean times at which the velocities changed.
     double time = time_step_ / 2, spin_time = time_step_ / 2;
     if (!body.in_touch) {
@@ -146,28 +141,20 @@ AverageVelocity::Motion AverageVelocity::missing_way(const Body& body) const {
     return {-dx * time, -dy * time, -turn * spin_time};
 }
 
-// Gives up a group's missing way where it would lead into something. True if there was such a group.
-bool AverageVelocity::keep_apart() {
-    bool gave_up = false;
-    for (const auto* touches : {&touches_, &to_check_})
-        for (const Touch& touch : *touches) {
-            const double closed = approach(touch, &Body::missing);
-            if (closed <= kContactGap || touch.gap - approach(touch, &Body::now) * time_step_ >= closed) continue;
-            for (const int number : {touch.first, touch.second})
-                if (number != kWall && !bodies_[root(number)].collides) gave_up = bodies_[root(number)].collides = true;
-        }
-    if (gave_up)
-        for (std::size_t i = 0; i < bodies_.size(); ++i)
-            if (bodies_[root(static_cast<int>(i))].collides) bodies_[i].missing = {0, 0, 0};
-    return gave_up;
+// Gives up the missing ways of two bodies where they would lead into something that does not give way.
+void AverageVelocity::keep_apart(const Touch& touch) {
+    const double closed = approach(touch, &Body::missing), left = touch.gap - approach(touch, &Body::now) * time_step_;
+    if (closed <= kContactGap || left + touch.travel >= closed) return;
+    for (const int number : {touch.first, touch.second})
+        if (number != kWall) bodies_[number].missing = {0, 0, 0};
 }
 
-void AverageVelocity::move(const Body& body) {
-    const dReal *p = dBodyGetPosition(body.id), *q = dBodyGetQuaternion(body.id);
-    dBodySetPosition(body.id, p[0] + body.missing.x, p[1] + body.missing.y, p[2]);
+// From the start of the step.
+void AverageVelocity::move(const Body& body, const Motion& way) {
+    dBodySetPosition(body.id, body.start[0] + way.x, body.start[1] + way.y, body.start[2]);
     dQuaternion turn, turned;
-    dQFromAxisAndAngle(turn, 0, 0, 1, body.missing.spin);
-    dQMultiply0(turned, turn, q);
+    dQFromAxisAndAngle(turn, 0, 0, 1, way.spin);
+    dQMultiply0(turned, turn, body.start_turn);
     dBodySetQuaternion(body.id, turned);
 }
 

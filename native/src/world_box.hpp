@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The box and its friction with the floor.
+// The box and its friction with the floor: Coulomb's circle under each of its four feet, which are its corners.
 //
-// Solved for, this friction is two rows of the contact problem at each of four corners, and the box joins all robots
-// that touch it into one problem. A level box mostly goes on as it did, so that is assumed, and checked after the step:
+// A box that stands is a wall to all that touch it, as long as floor and walls can hold it against them: exactly as
+// long as the limit curve of its feet says so (world_limit_curve.hpp). That is assumed, and checked after the step; it
+// saves the rows of the box, and joins no two robots into one contact problem. Else each foot rubs (world_rub.hpp).
 //
-//   - One that stands is a wall to all that touch it, while floor and walls can hold it against them.
-//   - One that slides gets the friction against its motion as a force, while no corner turns back; across its motion it
-//     sticks to the floor, while the corners' friction can hold it.
-//
-// Where that comes true it is the solution of the whole problem; else the step is taken back and solved in full.
+// Simplification where bodies stay level: each foot carries a quarter of the weight. A push above the floor shifts
+// about a tenth of that forward; the articulated drive, whose box is free in three dimensions, does so.
 #pragma once
 
 #include <array>
 
+#include "world_limit_curve.hpp"
 #include "world_ode.hpp"
+#include "world_rub.hpp"
 
 namespace swarmevo {
+
+class CompliantStep;
 
 class Box {
   public:
@@ -26,41 +28,36 @@ class Box {
     double reach() const { return reach_; }         // from its middle to its corners [m]
     double height() const { return half_height_; }  // of its centre [m]
 
-    // Before a step is laid out, maybe not for the first time. `is_still`: neither moved nor changed its speed in the
-    // last one.
-    void assume(bool is_still);
+    // Before a step is laid out for the first time. `is_still`: it neither moved nor changed its speed in the last one.
+    void expect(bool is_still);
+
+    // Where the contacts of the step that is laid out find it.
+    void stand(const Place& place);
 
     // In the step that is laid out it is a wall.
-    bool stands() const { return assumed_ == Assumed::stands; }
+    bool stands() const { return stands_; }
 
     // Of a step in which it may move.
-    void add_floor_contacts(Contacts& contacts);
+    void add_to(CompliantStep& step);
+    void add_to(Contacts& contacts);
 
-    // What others do to it, in the plane.
-    struct Load {
-        double x, y;    // force [N]
-        double torque;  // about its middle [N m]
-    };
-
-    // Did it do what was assumed under this load? If not, the step is to be taken back; nothing is assumed until
-    // finish().
-    bool moved_as_assumed(const Load& load);
+    // After the step: does floor and walls hold a box that stands against what others do to it? Was the friction of one
+    // that moves Coulomb's? (`by_ode`: else it is.) If not, the step is to be laid out anew, with what this one showed.
+    bool fits(const Load& load, bool by_ode);
 
     // After a step that holds.
-    void finish();
+    void finish(bool by_ode);
 
     // Of a corner from the middle, in the world's directions; [0, kCorners) [m].
-    Vector corner(int number) const;
+    const Vector& corner(int number) const { return feet_[number]; }
     static constexpr int kCorners = 4;
 
   private:
-    enum class Assumed { nothing, stands, slides };
-
     Vector foot(int number) const;
-    void add_foot(Contacts& contacts, int number) const;
-    double slowest_corner() const;
-    bool floor_holds(Load load) const;
-    bool floor_holds_across() const;
+    Vector slip(int number, const Twist& motion) const;
+    Twist motion() const;
+    void expect_slips(const Twist& motion);
+    bool holds(Load load);
     void take_by_walls(Load& load) const;
 
     const Scene& scene_;
@@ -68,11 +65,11 @@ class Box {
     double reach_, half_height_;
     double corner_limit_;  // of friction at a corner [N]
     bool is_level_;
-    Assumed assumed_ = Assumed::nothing;
-    bool doubts_ = false;  // an assumption of this step was wrong
-    Vector direction_{};   // of its motion
-    // What brakes did that hold a sliding box across its motion, and from turning.
-    dJointFeedback across_{}, turning_{};
+    bool stands_ = false, expects_ = false;
+    std::array<Rub, kCorners> rubs_;
+    Place place_{};
+    Feet feet_{};                         // from the middle [m]
+    std::array<double, kCorners> loads_;  // on them in the last step [N]
 };
 
 }  // namespace swarmevo

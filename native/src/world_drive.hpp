@@ -12,15 +12,17 @@
 #include <memory>
 #include <vector>
 
-#include "world_grip.hpp"
+#include "world_limit_curve.hpp"
 #include "world_ode.hpp"
+#include "world_rub.hpp"
 
 namespace swarmevo {
 
+class CompliantStep;
+
 class Drive {
   public:
-    explicit Drive(const Scene& scene)
-        : scene_(scene), grips_{Grip(scene.physics.time_step), Grip(scene.physics.time_step)} {}
+    explicit Drive(const Scene& scene) : scene_(scene) {}
     virtual ~Drive() = default;
     Drive(const Drive&) = delete;
     Drive& operator=(const Drive&) = delete;
@@ -28,19 +30,25 @@ class Drive {
     // Holds until set anew; rim speeds in [m/s].
     virtual void set_rim_speeds(double left_speed, double right_speed) { rim_speeds_ = {left_speed, right_speed}; }
 
-    // Before a step is laid out, maybe not for the first time.
-    virtual void forget() {}
+    // Before a step is laid out for the first time: wheels are expected to slip as they do now.
+    void expect() { expects_ = true; }
 
-    // Contacts of wheels and casters with the floor in a step of this length [s]. `is_free`: nothing else touches the
-    // robot in it.
-    virtual void add_floor_contacts(Contacts& contacts, double time_step, bool is_free) = 0;
+    // Wheels and casters on the floor, where contacts find the robot.
+    virtual void add_to(CompliantStep& step, const Place& place) = 0;
+    virtual void add_to(Contacts& contacts, const Place& place) = 0;
 
-    // Wheels that slip may be given their friction as a force, for a solver with fewer rows. Did all of them go on
-    // slipping as they did? If not, the step is to be taken back; their friction is then solved for until finish().
-    virtual bool slips_as_assumed() = 0;
+    // Loads on the wheels follow from their friction, left and right, x and y [N]. Did that change what it may be?
+    virtual bool share_loads(const double (&forces)[2][2]) = 0;
 
-    // Where its wheels want to take it, on the floor [m/s].
-    virtual Vector intended_velocity() const = 0;
+    // After a step of ODE: was the friction of all wheels Coulomb's? If not, the step is to be laid out anew, with what
+    // this one showed.
+    virtual bool fits() = 0;
+
+    // Where its wheels want to take it.
+    virtual Twist intended_motion() const = 0;
+
+    // Did no wheel slip in the last step?
+    bool sticks() const { return rubs_[left].sticks() && rubs_[right].sticks(); }
 
     // Nothing but the floor is near. Can the coming step be taken in closed form?
     virtual bool can_coast(double time_step) const = 0;
@@ -48,8 +56,8 @@ class Drive {
     // Takes it, without ODE.
     virtual void coast(double time_step) = 0;
 
-    // After a step of this length [s].
-    virtual void finish(double time_step) = 0;
+    // After a step of ODE that holds.
+    virtual void finish() = 0;
 
     // All its bodies; the first is the one that robots and box run into, its pose is the robot's.
     const std::vector<dBodyID>& bodies() const { return bodies_; }
@@ -59,7 +67,8 @@ class Drive {
     const Scene& scene_;
     std::vector<dBodyID> bodies_;
     std::array<double, 2> rim_speeds_{};
-    std::array<Grip, 2> grips_;  // of the wheels
+    std::array<Rub, 2> rubs_;  // of the wheels
+    bool expects_ = false;
 };
 
 std::unique_ptr<Drive> create_driven_contacts(const Scene& scene, dWorldID world, const Pose& start);

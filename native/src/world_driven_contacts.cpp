@@ -4,19 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "world_compliant.hpp"
 #include "world_drive.hpp"
 
 namespace swarmevo {
 namespace {
-
-// A wheel that slipped faster than this is assumed to go on [m/s].
-constexpr double kSureSlip = 0.01;
-
-// Turned about the vertical.
-Vector turned(const Vector& direction, double angle) {
-    const double c = std::cos(angle), s = std::sin(angle);
-    return {c * direction[0] - s * direction[1], s * direction[0] + c * direction[1], 0};
-}
 
 class DrivenContacts : public Drive {
   public:
@@ -25,60 +17,61 @@ class DrivenContacts : public Drive {
                                      scene.robot.mass, robot_inertia(scene.robot).vertical)};
     }
 
-    Vector intended_velocity() const override {
+    Twist intended_motion() const override {
         const Vector forward = axis(body(), 0);
-        const double speed = wanted_motion().speed;
-        return {speed * forward[0], speed * forward[1], 0};
+        const Wanted wanted = wanted_motion();
+        return {wanted.speed * forward[0], wanted.speed * forward[1], wanted.turning};
     }
 
-    void forget() override {
-        full_grip_ = 0;
-        given_ = {};
+    void add_to(CompliantStep& step, const Place& place) override {
+        lay_out(place);
+        for (const Side side : {left, right}) step.add_rub(rubs_[side], foot_of(side), surface_of(side));
     }
 
-    void add_floor_contacts(Contacts& contacts, double time_step, bool is_free) override {
-        // Wheels where they are and as they point in the middle of the step: its start would bend every curve outwards.
-        rolling_ = turned(axis(body(), 0), turning_rate(is_free) * time_step / 2);
-        const double mu = scene_.physics.wheel_friction;
-        const std::array<double, 2> loads = wheel_loads();
+    void add_to(Contacts& contacts, const Place& place) override {
+        lay_out(place);
         dBodySetForce(body(), 0, 0, 0);
         dBodySetTorque(body(), 0, 0, 0);
         for (const Side side : {left, right}) {
-            const double along = mu * grips_[side].along() * (side == left ? 1 + kTieBreak : 1);
-            add_wheel(contacts, side, {rolling_, along, 0, rim_speeds_[side], loads[side]});
+            const Vector foot = foot_of(side);
+            rubs_[side].add(contacts, body(), place.x + foot[0], place.y + foot[1], surface_of(side));
         }
-        // Both wheels resist a slide along their common axle, which goes through the middle.
-        const double across = mu * (grips_[left].across() * loads[left] + grips_[right].across() * loads[right]);
-        across_ = {};
-        if (across > 0) dJointSetFeedback(contacts.add_brake(body(), {-rolling_[1], rolling_[0], 0}, across), &across_);
-        full_grip_ = mu * (loads[left] + loads[right]);
     }
 
-    bool slips_as_assumed() override {
-        if (full_grip_ <= 0) return true;
-        bool holds = true;
-        const dReal* v = dBodyGetLinearVel(body());
-        const double across = v[1] * rolling_[0] - v[0] * rolling_[1];
-        for (const Side side : {left, right}) {
-            const double along = slip_along(side, rolling_);
-            const bool goes_on = !(given_[side] * along > 0);  // nor if it is no number: fold_state() finds that
-            doubts_ |= !goes_on;
-            holds &= goes_on && !grips_[side].leapt(along, across);
-        }
-        return holds;
+    bool share_loads(const double (&forces)[2][2]) override {
+        const double full_grip = rubs_[left].limit() + rubs_[right].limit();
+        if (full_grip <= 0) return false;
+        const double fx = forces[left][0] + forces[right][0], fy = forces[left][1] + forces[right][1];
+        // What a solver asked for beyond it is not to be had.
+        const double whole = std::max(full_grip, norm(fx, fy));
+        forward_share_ = (fx * rolling_[0] + fy * rolling_[1]) / whole;
+        sideways_share_ = (fy * rolling_[0] - fx * rolling_[1]) / whole;
+        return set_limits();
     }
 
-    void finish(double time_step) override {
-        note_forces();
-        const Vector x = axis(body(), 0);
-        const dReal* v = dBodyGetLinearVel(body());
+    bool fits() override {
+        double forces[2][2];
         for (const Side side : {left, right}) {
-            const double slip = slip_along(side, x);
-            slip_change_[side] = std::abs(slip - last_slip_[side]);
-            last_slip_[side] = slip;
-            grips_[side].note_slip(last_slip_[side], v[1] * x[0] - v[0] * x[1], time_step);
+            const Vector force = rubs_[side].force(slip(side));
+            forces[side][0] = force[0];
+            forces[side][1] = force[1];
         }
-        doubts_ = false;
+        const double before[2] = {rubs_[left].limit(), rubs_[right].limit()};
+        share_loads(forces);
+        bool all = true;
+        for (const Side side : {left, right}) {
+            const double limit = rubs_[side].limit();
+            rubs_[side].set_limit(before[side]);
+            all &= rubs_[side].fits(slip(side), limit);
+        }
+        return all;
+    }
+
+    void finish() override {
+        for (const Side side : {left, right}) {
+            const Vector force = rubs_[side].force(slip(side));
+            rubs_[side].remember(force[0], force[1]);
+        }
     }
 
     // Free wheels that do not slip do what they are told. The forces that this takes must be within their traction.
@@ -89,9 +82,9 @@ class DrivenContacts : public Drive {
         const double m = scene_.robot.mass, half_axle = scene_.robot.axle_length / 2;
         const double thrust = m * (wanted.speed - (v[0] * x[0] + v[1] * x[1])) / time_step;
         const double twist = robot_inertia(scene_.robot).vertical * (wanted.turning - w[2]) / time_step / half_axle;
-        // The velocity still points to the last step's middle; the next one's is to be reached, and the curve held.
+        // What it slides sideways is to stop, and the curve to be held.
         const double sideways =
-            m * (std::abs(v[0] * y[0] + v[1] * y[1]) / time_step + std::abs(wanted.speed * wanted.turning) / 2);
+            m * (std::abs(v[0] * y[0] + v[1] * y[1]) / time_step + std::abs(wanted.speed * wanted.turning));
         // Of the whole weight's friction: a thrust also takes load off the wheels.
         const double whole = scene_.physics.wheel_friction * m * scene_.physics.gravity;
         if (whole <= 0) return false;
@@ -118,7 +111,8 @@ class DrivenContacts : public Drive {
         dQMultiply0(after, turn_quaternion, q);
         dBodySetPosition(body(), p[0] + way * mean[0], p[1] + way * mean[1], p[2]);
         dBodySetQuaternion(body(), after);
-        dBodySetLinearVel(body(), wanted.speed * mean[0], wanted.speed * mean[1], 0);
+        const Vector after_turn = turned(forward, turn);
+        dBodySetLinearVel(body(), wanted.speed * after_turn[0], wanted.speed * after_turn[1], 0);
         dBodySetAngularVel(body(), 0, 0, wanted.turning);
         forward_share_ = sideways_share_ = 0;
     }
@@ -151,58 +145,44 @@ class DrivenContacts : public Drive {
         return {both * (0.5 - shift), both * (0.5 + shift)};
     }
 
-    // Of a wheel over the floor, along the direction in which it rolls [m/s].
-    double slip_along(Side side, const Vector& rolling) const {
+    // Of a wheel's foot over the floor [m/s].
+    Vector slip(Side side) const {
         const dReal* v = dBodyGetLinearVel(body());
-        const double turning = dBodyGetAngularVel(body())[2];
-        return v[0] * rolling[0] + v[1] * rolling[1] - turning * wheel_centre(scene_.robot, side)[1] -
-               rim_speeds_[side];
+        const double turning = dBodyGetAngularVel(body())[2], y = wheel_centre(scene_.robot, side)[1];
+        const double faster = rim_speeds_[side] + turning * y;  // than the body's middle
+        return {v[0] - faster * rolling_[0], v[1] - faster * rolling_[1], 0};
     }
 
-    void add_wheel(Contacts& contacts, Side side, Friction friction) {
-        along_[side] = {};
-        given_[side] = 0;
-        const dReal* centre = dBodyGetPosition(body());
-        const double y = wheel_centre(scene_.robot, side)[1];
-        const double at_x = centre[0] - y * rolling_[1], at_y = centre[1] + y * rolling_[0];
-        if (goes_on_slipping(side)) {
-            given_[side] = (last_slip_[side] > 0 ? -1 : 1) * friction.along * friction.load;
-            dBodyAddForceAtPos(body(), given_[side] * rolling_[0], given_[side] * rolling_[1], 0, at_x, at_y,
-                               centre[2]);
-            friction.along = 0;
+    void lay_out(const Place& place) {
+        rolling_ = place.forward();
+        if (!expects_) return;
+        expects_ = false;
+        for (const Side side : {left, right}) rubs_[side].expect(rubs_[side].limit(), rolling_, slip(side));
+        set_limits();
+    }
+
+    // True if they are others.
+    bool set_limits() {
+        const std::array<double, 2> loads = wheel_loads();
+        bool changed = false;
+        for (const Side side : {left, right}) {
+            const double limit = scene_.physics.wheel_friction * loads[side];
+            changed |= limit != rubs_[side].limit();
+            rubs_[side].set_limit(limit);
         }
-        if (friction.along > 0) dJointSetFeedback(contacts.add_level(body(), at_x, at_y, friction), &along_[side]);
+        return changed;
     }
 
-    // It slipped after the last step, faster than that changed, and the present command of its motor leaves that so.
-    bool goes_on_slipping(Side side) const {
-        const double then = last_slip_[side], now = slip_along(side, rolling_);
-        return !doubts_ && then * now > 0 && std::min(std::abs(then), std::abs(now)) > kSureSlip + slip_change_[side];
+    // From the body's middle [m].
+    Vector foot_of(Side side) const {
+        const double y = wheel_centre(scene_.robot, side)[1];
+        return {-y * rolling_[1], y * rolling_[0], 0};
     }
 
-    void note_forces() {
-        if (full_grip_ <= 0) return;  // it coasted or rested
-        const double given = given_[left] + given_[right];
-        const double fx = across_.f1[0] + along_[left].f1[0] + along_[right].f1[0] + given * rolling_[0];
-        const double fy = across_.f1[1] + along_[left].f1[1] + along_[right].f1[1] + given * rolling_[1];
-        forward_share_ = (fx * rolling_[0] + fy * rolling_[1]) / full_grip_;
-        sideways_share_ = (fy * rolling_[0] - fx * rolling_[1]) / full_grip_;
-        full_grip_ = 0;
-    }
+    // Velocity at which its rim rolls [m/s].
+    Vector surface_of(Side side) const { return {rim_speeds_[side] * rolling_[0], rim_speeds_[side] * rolling_[1], 0}; }
 
-    // About the vertical in the coming step [rad/s]: as the wheels will turn it, or as a robot in a crowd turns.
-    double turning_rate(bool is_free) const {
-        return is_free ? wanted_motion().turning : dBodyGetAngularVel(body())[2];
-    }
-
-    Vector rolling_{};                       // direction in which the wheels roll in the step that is taken
-    std::array<dJointFeedback, 2> along_{};  // what the wheels' contacts did in it
-    dJointFeedback across_{};                // and their friction along the axle
-    std::array<double, 2> given_{};          // forces along `rolling_` that were assumed in it [N]
-    std::array<double, 2> last_slip_{};      // along, after the last step [m/s]
-    std::array<double, 2> slip_change_{};    // in it [m/s]
-    bool doubts_ = false;                    // an assumption of this step was wrong
-    double full_grip_ = 0;                   // of both wheels in the step that is taken [N]
+    Vector rolling_{};  // direction in which the wheels roll in the step that is taken
     // Forces of both wheels in the last step over their full grip.
     double forward_share_ = 0, sideways_share_ = 0;
 };

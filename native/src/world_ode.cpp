@@ -10,6 +10,7 @@
 
 #include "error.hpp"
 #include "world.hpp"
+#include "world_constants.hpp"
 
 namespace swarmevo {
 namespace {
@@ -17,10 +18,6 @@ namespace {
 // Moment of inertia about horizontal axes of a body that stays level [kg m^2]: a newton at the end of a metre tilts it
 // by less than a thousandth of a degree in an hour.
 constexpr double kNeverTilts = 1e12;
-
-// Gap that a contact leaves to be closed at least [m]. One that touches and does not move would otherwise be on the
-// very edge between pressing and parting, where ODE's solver stalls.
-constexpr double kTouch = 1e-10;
 
 thread_local unsigned warnings_of_thread = 0;
 
@@ -40,11 +37,15 @@ dContact rubbing(const Friction& friction) {
     const bool is_known = friction.load != Friction::kSolved;
     const double unit = is_known ? friction.load : 1;
     dContact contact{};
-    contact.surface.mode = dContactMu2 | dContactFDir1 | dContactMotionN | dContactMotion1;
+    contact.surface.mode = dContactMu2 | dContactFDir1 | dContactMotionN | dContactMotion1 | dContactMotion2 |
+                           dContactSlip1 | dContactSlip2;
     if (!is_known) contact.surface.mode |= dContactApprox1_1 | dContactApprox1_2;
     contact.surface.mu = friction.along * unit;
     contact.surface.mu2 = friction.across * unit;
     contact.surface.motion1 = friction.surface_speed;
+    contact.surface.motion2 = friction.surface_speed_across;
+    contact.surface.slip1 = friction.slip_along;
+    contact.surface.slip2 = friction.slip_across;
     std::copy_n(friction.direction.begin(), 3, contact.fdir1);
     return contact;
 }
@@ -128,6 +129,11 @@ dBodyID create_level_body(dWorldID world, const Vector& position, double heading
     return body;
 }
 
+Vector turned(const Vector& direction, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * direction[0] - s * direction[1], s * direction[0] + c * direction[1], 0};
+}
+
 Vector axis(dBodyID body, int column) {
     const dReal* r = dBodyGetRotation(body);
     return {r[column], r[4 + column], r[8 + column]};
@@ -158,47 +164,43 @@ void Contacts::begin(double time_step, bool soft) {
 dJointID Contacts::add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
                        const Friction& friction) {
     dContact contact = rubbing(friction);
-    contact.surface.motionN = -(std::max(0.0, gap) + kTouch) / time_step_;
-    std::copy_n(point.begin(), 3, contact.geom.pos);
-    std::copy_n(normal.begin(), 3, contact.geom.normal);
-    contact.geom.depth = std::max(0.0, -gap);
-    deepest_overlap_ = std::max(deepest_overlap_, -gap);
-    return create(first, second, contact);
+    note_overlap(-gap);
+    return create(first, second, point, normal, push_out(gap), contact);
 }
 
-dJointID Contacts::add_level(dBodyID body, double x, double y, const Friction& friction) {
+double Contacts::push_out(double gap) const {
+    const double time = std::max(time_step_, kCorrectionTime);
+    const double correction = std::min(kLargestCorrection, physics_.contact_erp * std::max(0.0, -gap) / time);
+    return correction - (std::max(0.0, gap) + kTouch) / time_step_;
+}
+
+dJointID Contacts::add_sprung(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
+                              const Friction& friction, const Spring& spring) {
+    dContact contact = rubbing(friction);
+    contact.surface.mode |= dContactSoftCFM;
+    contact.surface.soft_cfm = 1 / spring.whole(time_step_);
+    return create(first, second, point, normal, spring.push_out(gap, time_step_), contact);
+}
+
+void Contacts::add_level(dBodyID body, double x, double y, const Friction& friction) {
     dContact contact = rubbing(friction);
     contact.surface.motionN = -1;  // the normal, which ODE's contacts always have, never presses
     const dReal point[3] = {x, y, dBodyGetPosition(body)[2]};
     std::copy_n(point, 3, contact.geom.pos);
     contact.geom.normal[2] = 1;
-    return create(body, nullptr, contact);
-}
-
-dJointID Contacts::add_brake(dBodyID body, const Vector& direction, double limit) {
-    const dJointID joint = dJointCreateLMotor(world_.id(), group_);
-    dJointAttach(joint, body, nullptr);
-    dJointSetLMotorNumAxes(joint, 1);
-    dJointSetLMotorAxis(joint, 0, 0, direction[0], direction[1], direction[2]);
-    dJointSetLMotorParam(joint, dParamFMax, limit);
-    ++count_;
-    if (soft_) dJointSetLMotorParam(joint, dParamCFM, softness());
-    return joint;
-}
-
-dJointID Contacts::add_turning_brake(dBodyID body, double limit) {
-    const dJointID joint = dJointCreateAMotor(world_.id(), group_);
-    dJointAttach(joint, body, nullptr);
-    dJointSetAMotorNumAxes(joint, 1);
-    dJointSetAMotorAxis(joint, 0, 0, 0, 0, 1);
-    dJointSetAMotorParam(joint, dParamFMax, limit);
-    ++count_;
-    if (soft_) dJointSetAMotorParam(joint, dParamCFM, softness());
-    return joint;
+    create(body, nullptr, contact);
 }
 
 double Contacts::softness() const {
     return physics_.contact_cfm * (2 + count_ % 13 / 13.0);
+}
+
+dJointID Contacts::create(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double push_out,
+                          dContact& contact) {
+    contact.surface.motionN = push_out;
+    std::copy_n(point.begin(), 3, contact.geom.pos);
+    std::copy_n(normal.begin(), 3, contact.geom.normal);
+    return create(first, second, contact);
 }
 
 dJointID Contacts::create(dBodyID first, dBodyID second, dContact& contact) {
@@ -210,8 +212,9 @@ dJointID Contacts::create(dBodyID first, dBodyID second, dContact& contact) {
 }
 
 void Contacts::soften(dContact& contact) const {
-    contact.surface.mode |= dContactSoftCFM | dContactSlip1 | dContactSlip2;
-    contact.surface.soft_cfm = contact.surface.slip1 = contact.surface.slip2 = softness();
+    contact.surface.mode |= dContactSoftCFM;
+    for (dReal* softness_of : {&contact.surface.soft_cfm, &contact.surface.slip1, &contact.surface.slip2})
+        *softness_of = std::max(*softness_of, softness());
 }
 
 void provoke_ode_assertion() {

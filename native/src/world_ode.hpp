@@ -5,6 +5,8 @@
 
 #include <ode/ode.h>
 
+#include <cmath>
+
 #include "epuck.hpp"
 #include "scene.hpp"
 
@@ -31,6 +33,17 @@ class OdeWorld {
     bool broken_ = false;
 };
 
+// Where a body stands in the plane, and the direction of its own x axis: cosine and sine of its heading.
+struct Place {
+    double x, y, cosine, sine;
+
+    Vector forward() const { return {cosine, sine, 0}; }
+    // A vector of the body, in the world's directions.
+    Vector turned(double along, double across) const {
+        return {cosine * along - sine * across, sine * along + cosine * across, 0};
+    }
+};
+
 // The state of one body.
 struct BodyState {
     double position[3], quaternion[4], velocity[3], spin[3];
@@ -47,6 +60,7 @@ dBodyID create_body(dWorldID world, const Vector& position, double heading, doub
 // it.
 dBodyID create_level_body(dWorldID world, const Vector& position, double heading, double mass, double vertical_inertia);
 
+Vector turned(const Vector& direction, double angle);  // about the vertical
 Vector axis(dBodyID body, int column);               // a column of its rotation matrix: its own x, y or z in the world
 Vector to_world(dBodyID body, const Vector& local);  // a point of the body
 
@@ -60,10 +74,24 @@ struct Friction {
     Vector direction;
     double along, across;  // Coulomb coefficients; 0 costs the solver nothing
     double surface_speed;  // at which the first body's surface runs backwards: a wheel's rim [m/s]
+    double surface_speed_across = 0;
     // Normal force that limits friction [N]. ODE's own is the one that holds before any friction acts that is limited
     // so; it misses what other friction presses on.
     double load = kSolved;
     static constexpr double kSolved = -1;
+    double slip_along = 0, slip_across = 0;  // speed that a force makes of its own, as a damper's [m/(s N)]
+};
+
+// Spring and damper of a bumper between two bodies.
+struct Spring {
+    double stiffness = 0, damping = 0;  // [N/m], [N s/m]
+
+    // The mean force in a step of this length [s] is whole() * (closing speed at its end + push_out()), if that
+    // presses: spring by the mean depth, damper from the moment on at which the gap is closed.
+    double whole(double time_step) const { return time_step / 2 * stiffness + damping; }
+    double push_out(double gap, double time_step) const {
+        return gap < 0 ? -stiffness * gap / whole(time_step) : -gap / time_step;
+    }
 };
 
 // The contacts of one step.
@@ -83,17 +111,25 @@ class Contacts {
     dJointID add(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
                  const Friction& friction);
 
-    // Friction with the floor at a point of a level body, whose load is known.
-    dJointID add_level(dBodyID body, double x, double y, const Friction& friction);
+    // The same, where a bumper gives way: stable at any step.
+    dJointID add_sprung(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
+                        const Friction& friction, const Spring& spring);
 
-    // Friction at the middle of a level body: against motion along a direction [N], against turning [N m]. Cheaper than
-    // add_level(), and cheaper still with dInfinity as the limit.
-    dJointID add_brake(dBodyID body, const Vector& direction, double limit);
-    dJointID add_turning_brake(dBodyID body, double limit);
+    // Friction with the floor at a point of a level body, whose load is known.
+    void add_level(dBodyID body, double x, double y, const Friction& friction);
+
+    // What add() does: the force is rigidity() * (closing speed + push_out()) where that presses.
+    double rigidity() const { return 1 / physics_.contact_cfm; }
+    double push_out(double gap) const;
+
+    // Takes down an overlap of what does not give way [m].
+    void note_overlap(double depth) { deepest_overlap_ = std::fmax(deepest_overlap_, depth); }
 
     double deepest_overlap() const { return deepest_overlap_; }  // since the world began [m]
 
   private:
+    dJointID create(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double push_out,
+                    dContact& contact);
     dJointID create(dBodyID first, dBodyID second, dContact& contact);
     void soften(dContact& contact) const;
     double softness() const;

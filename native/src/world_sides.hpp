@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the sides of robots, box and walls meet: discs, a rectangle and lines in the plane, in closed form.
+//
+// A robot's bumper goes all round its body; its rim is the body's radius. It gives way inwards until it has used up its
+// travel: there a rigid stop is. Two robots' bumpers act one behind the other.
 #pragma once
+
+#include <cmath>
 
 #include "world_average.hpp"
 #include "world_box.hpp"
@@ -8,43 +13,87 @@
 
 namespace swarmevo {
 
-// Lays out the contacts of one step: `contacts` and `average` have begun it.
+// Finds what may meet in a step that `average` has begun.
 class Sides {
   public:
-    using Meeting = AverageVelocity::Meeting;
-
-    Sides(const Scene& scene, Contacts& contacts, AverageVelocity& average);
+    Sides(const Scene& scene, AverageVelocity& average);
 
     struct Solid {
         dBodyID body;  // nullptr: it does not give way
         int number;    // in `average`
+        int bumpers;   // 1 for a robot, 0 for box and wall
     };
 
-    // A disc, or with a radius of 0 a point, and all walls; what meets is this high [m]. The likeliest meeting.
-    Meeting add_walls(const Solid& solid, double x, double y, double radius, double height);
+    // Two sides that may meet, and what they did when they were last solved for.
+    struct Pair {
+        bool may_meet = false;     // in this step
+        bool is_rigid = false;     // there are no bumpers
+        bool may_stop = false;     // bumpers may be used up within the step
+        int first, second;         // numbers in `average`; kFixed
+        dBodyID bodies[2];         // nullptr: it does not give way
+        Vector point{}, normal{};  // where; from the second to the first
+        double gap, travel;        // between rims at the start of the step; of the bumpers [m]
+        Spring spring;             // of the bumpers
+        double side_friction;
+        double load = Friction::kSolved;  // normal force that limited friction in the last step [N]
+        double rubbing = 0;               // friction in the last step, along the normal turned by a quarter [N]
+        Vector force{};                   // on the first [N]
+        dJointFeedback bumper{}, stop{};
 
-    Meeting add_robots(const Solid& first, const Solid& second);
-
-    // What a robot does to the box.
-    struct Push {
-        bool may_be = false;       // there is a contact in this step
-        Vector point{}, normal{};  // on the box; from there to the robot
-        dJointFeedback joint{};    // of the robot with the box, when it was last solved for
+        double press() const { return std::fmax(0, force[0] * normal[0] + force[1] * normal[1]); }
     };
+    static constexpr int kFixed = -1;
 
-    // Keeps a pointer to `push`.
-    Meeting add_push(const Solid& robot, const Box& box, int box_number, Push& push);
+    // Before the contacts of a step are added.
+    void begin();
 
+    // Each returns whether anything is likely to meet in the step.
+    bool add_robot_at_walls(const Solid& robot);
+    bool add_robots(const Solid& first, const Solid& second);
+    bool add_push(const Solid& robot, const Box& box, int box_number);
     void add_box_at_walls(const Box& box, int box_number);
 
+    // Those that may meet in the step.
+    const std::vector<Pair*>& pairs() const { return meeting_; }
+    bool any_rigid() const;
+
+    // ---- for ODE ----
+
+    void add_to(Contacts& contacts);
+
+    // After the step: is friction limited by the normal forces that it came out with? If not, the step is to be laid
+    // out anew, with these. ODE itself limits friction by the forces that hold without any.
+    bool fits();
+
+    // After a step that holds.
+    void finish();
+
+    // What a robot does to the box.
+    const Pair& push(int robot) const { return pairs_[at_box_ + robot]; }
+
+    // What pressed bumpers hold [J].
+    double stored_energy() const { return stored_energy_; }
+
   private:
-    Meeting add(const Solid& first, const Solid& second, double x, double y, double height, double normal_x,
-                double normal_y, double gap, dJointFeedback* feedback = nullptr);
+    struct Side {
+        double x, y, height;        // where they meet [m]
+        double normal_x, normal_y;  // from the second to the first
+        double gap;                 // between rims [m]
+    };
+    bool add(Pair& pair, const Solid& first, const Solid& second, const Side& side);
+    // `first`: of its four pairs.
+    bool add_walls(Pair* first, const Solid& solid, double x, double y, double radius, double height);
 
     const Scene& scene_;
-    Contacts& contacts_;
     AverageVelocity& average_;
     double reach_;  // gap from which nothing meets within a step [m]
+    bool sprung_;
+    double slight_load_;  // difference of two loads that does not matter [N]
+    double stored_energy_ = 0;
+    // Robots with those before them, then with walls, then with the box; the box's corners with walls.
+    std::vector<Pair> pairs_;
+    std::vector<Pair*> meeting_;
+    int at_walls_, at_box_, corners_;  // where those begin
 };
 
 }  // namespace swarmevo

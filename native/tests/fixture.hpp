@@ -22,7 +22,8 @@ struct Fixture {
         config.arena = {1.0, 0.03, SWE_TARGET_WALL_NORTH};
         config.box = {{0.275, 0.18, 0.03}, 0.24, {0, 0.345, 0}, {0, 0, 0}};
         config.emitter = {{0, 0.345, 0.03}, 0.3, {1, 50}, SWE_REACH_RANGE};
-        config.robot = {0.035, 0.05, 0.08, 0.015, 0.0205, 0.053, 6.28, 0.02, 0.03, 0.0005};
+        config.robot = {0.035, 0.05, 0.08,   0.015, 0.0205, 0.053, 6.28,
+                        0.02,  0.03, 0.0005, 100,   4.5,    0.006, SWE_BUMPER_SPRUNG};
         config.team.robots = static_cast<std::uint32_t>(poses.size() / 3);
         config.team.start = SWE_START_POSES;
         config.team.start_poses = poses.data();
@@ -42,7 +43,7 @@ struct Fixture {
         config.sensors.touch_range = 0.002;
         config.sensors.touch_mode = SWE_TOUCH_MODE_BINARY;
         config.noise = {0.05, 0.005, 0.05, 0};
-        config.physics = {0.05, 9.81, 1.0, 0.58, 0.2, 0.2, 1e-5, SWE_DRIVE_DRIVEN_CONTACTS};
+        config.physics = {0.05, 9.81, 1.0, 0.62, 0.2, 0.2, 1e-5, SWE_DRIVE_DRIVEN_CONTACTS};
         config.episode = {180, 0.1};
     }
     Fixture(const Fixture&) = delete;  // the config points into it

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "world_compliant.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "world_constants.hpp"
+
+namespace swarmevo {
+
+void CompliantStep::begin(double time_step) {
+    time_step_ = time_step;
+    bodies_.clear();
+    feet_.clear();
+    touches_.clear();
+    index_.assign(index_.size(), -1);
+}
+
+void CompliantStep::add_body(int number, dBodyID id, const Place& place, Drive* drive) {
+    dMass mass;
+    dBodyGetMass(id, &mass);
+    const dReal *v = dBodyGetLinearVel(id), *w = dBodyGetAngularVel(id);
+    const int at = static_cast<int>(bodies_.size());
+    if (number >= static_cast<int>(index_.size())) index_.resize(number + 1, -1);
+    index_[number] = at;
+    bodies_.push_back(
+        {id, drive, mass.mass, mass.I[10], place.x, place.y, {v[0], v[1], w[2]}, {v[0], v[1], w[2]}, at, 0});
+    if (!drive || !drive->sticks()) return;
+    const Twist guess = drive->intended_motion();
+    for (int k = 0; k < 3; ++k) bodies_.back().guess[k] = k == 0 ? guess.x : k == 1 ? guess.y : guess.spin;
+}
+
+void CompliantStep::add_rub(Rub& rub, const Vector& arm, const Vector& surface) {
+    const int body = static_cast<int>(bodies_.size()) - 1;
+    feet_.push_back({&rub, body, arm[0], arm[1], surface[0], surface[1], 0, 0, {}});
+}
+
+void CompliantStep::add_pair(Sides::Pair& pair) {
+    const auto place = [&](int number) {
+        return number < 0 || number >= static_cast<int>(index_.size()) ? -1 : index_[number];
+    };
+    Touch touch{};
+    touch.pair = &pair;
+    touch.first = place(pair.first);
+    touch.second = place(pair.second);
+    if (touch.first < 0 && touch.second < 0) return;
+    const double nx = pair.normal[0], ny = pair.normal[1];
+    int i = 0;
+    for (const int at : {touch.first, touch.second}) {
+        const double x = at < 0 ? 0 : pair.point[0] - bodies_[at].x, y = at < 0 ? 0 : pair.point[1] - bodies_[at].y;
+        touch.arm[i++] = x * ny - y * nx;
+        touch.arm[i++] = x * nx + y * ny;  // of the tangent (-ny, nx)
+    }
+    touch.stiffness = pair.spring.whole(time_step_);
+    touch.push_out = pair.spring.push_out(pair.gap, time_step_);
+    touch.stop_push_out = contacts_.push_out(pair.gap + pair.travel);
+    touch.load = std::max(0.0, pair.load);
+    touches_.push_back(touch);
+    contacts_.note_overlap(-pair.gap - pair.travel);
+    if (touch.first < 0 || touch.second < 0) return;
+    const int first = root(touch.first), second = root(touch.second);
+    bodies_[second].group = first;
+}
+
+int CompliantStep::root(int body) const {
+    while (bodies_[body].group != body) body = bodies_[body].group;
+    return body;
+}
+
+bool CompliantStep::solve() {
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+        if (bodies_[i].group == static_cast<int>(i) && !solve_group(static_cast<int>(i))) return false;
+    for (const Foot& foot : feet_) foot.rub->remember(foot.law.fx, foot.law.fy);
+    for (const Touch& touch : touches_) {
+        const Vector& n = touch.pair->normal;
+        touch.pair->force = {touch.press * n[0] - touch.drag * n[1], touch.press * n[1] + touch.drag * n[0], 0};
+    }
+    return true;
+}
+
+bool CompliantStep::solve_group(int group) {
+    group_bodies_.clear();
+    group_feet_.clear();
+    group_touches_.clear();
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+        if (root(static_cast<int>(i)) == group) {
+            bodies_[i].row = 3 * static_cast<int>(group_bodies_.size());
+            group_bodies_.push_back(&bodies_[i]);
+        }
+    for (Foot& foot : feet_)
+        if (root(foot.body) == group) group_feet_.push_back(&foot);
+    for (Touch& touch : touches_)
+        if (root(touch.first < 0 ? touch.second : touch.first) == group) group_touches_.push_back(&touch);
+
+    velocity_.resize(3 * static_cast<Eigen::Index>(group_bodies_.size()));
+    for (const Body* body : group_bodies_)
+        for (int k = 0; k < 3; ++k) velocity_[body->row + k] = body->guess[k];
+    evaluate(0);
+    for (int round = 0; round < kMostRounds; ++round) {
+        if (update_loads()) evaluate(0);
+        if (is_balanced()) {
+            for (const Body* body : group_bodies_) {
+                dBodySetLinearVel(body->id, velocity_[body->row], velocity_[body->row + 1], 0);
+                dBodySetAngularVel(body->id, 0, 0, velocity_[body->row + 2]);
+            }
+            return true;
+        }
+        assemble();
+        find_way();
+        const double share = line_search();  // the last one to be evaluated
+        velocity_ += share * way_;
+        if (!velocity_.allFinite()) return false;
+    }
+    return false;
+}
+
+bool CompliantStep::is_balanced() const {
+    return std::all_of(group_bodies_.begin(), group_bodies_.end(), [&](const Body* body) {
+        const double* r = &residual_[body->row];
+        const double gyration = std::sqrt(body->inertia / body->mass);
+        return std::abs(r[0]) + std::abs(r[1]) + std::abs(r[2]) / gyration < force_error_;
+    });
+}
+
+// Forces that are missing for a balance at these velocities, [N] and [N m].
+void CompliantStep::evaluate(double share) {
+    const Eigen::VectorXd& v = share == 0 ? velocity_ : (trial_ = velocity_ + share * way_);
+    residual_.resize(v.size());
+    for (const Body* body : group_bodies_) {
+        const int row = body->row;
+        residual_[row] = body->mass / time_step_ * (v[row] - body->before[0]);
+        residual_[row + 1] = body->mass / time_step_ * (v[row + 1] - body->before[1]);
+        residual_[row + 2] = body->inertia / time_step_ * (v[row + 2] - body->before[2]);
+    }
+    for (Foot* foot : group_feet_) {
+        const int row = bodies_[foot->body].row;
+        foot->slip_x = v[row] - v[row + 2] * foot->arm_y - foot->surface_x;
+        foot->slip_y = v[row + 1] + v[row + 2] * foot->arm_x - foot->surface_y;
+        foot->law = foot->rub->law(foot->slip_x, foot->slip_y);
+        residual_[row] -= foot->law.fx;
+        residual_[row + 1] -= foot->law.fy;
+        residual_[row + 2] -= foot->arm_x * foot->law.fy - foot->arm_y * foot->law.fx;
+    }
+    for (Touch* touch : group_touches_) {
+        const Vector& n = touch->pair->normal;
+        double parting = 0, sliding = 0;
+        int i = 0;
+        for (const int at : {touch->first, touch->second}) {
+            const double sign = i == 0 ? 1 : -1, arm = touch->arm[i++], tangent_arm = touch->arm[i++];
+            if (at < 0) continue;
+            const double* u = &v[bodies_[at].row];
+            parting += sign * (u[0] * n[0] + u[1] * n[1] + u[2] * arm);
+            sliding += sign * (u[1] * n[0] - u[0] * n[1] + u[2] * tangent_arm);
+        }
+        touch->closing = -parting;
+        touch->sliding = sliding;
+        const double bumper = touch->stiffness * (touch->push_out - parting);
+        const double stop = contacts_.rigidity() * (touch->stop_push_out - parting);
+        touch->press = std::max(0.0, bumper) + std::max(0.0, stop);
+        touch->rate = (bumper > 0 ? touch->stiffness : 0) + (stop > 0 ? contacts_.rigidity() : 0);
+        touch->load = touch->press;
+        const double limit = touch->pair->side_friction * touch->load;
+        const double drag = touch->pair->rubbing - limit / kStickSlip * sliding;
+        touch->drag = std::clamp(drag, -limit, limit);
+        touch->sticks = std::abs(drag) < limit;
+        i = 0;
+        for (const int at : {touch->first, touch->second}) {
+            const double sign = i == 0 ? 1 : -1, arm = touch->arm[i++], tangent_arm = touch->arm[i++];
+            if (at < 0) continue;
+            double* r = &residual_[bodies_[at].row];
+            r[0] -= sign * (touch->press * n[0] - touch->drag * n[1]);
+            r[1] -= sign * (touch->press * n[1] + touch->drag * n[0]);
+            r[2] -= sign * (touch->press * arm + touch->drag * tangent_arm);
+        }
+    }
+}
+
+// Derivative of the residual. Where a side slips, its friction grows with what presses there: that couples so strongly
+// that leaving it to update_loads() would take many rounds.
+void CompliantStep::assemble() {
+    matrix_.setZero(residual_.size(), residual_.size());
+    for (const Body* body : group_bodies_) {
+        matrix_(body->row, body->row) = matrix_(body->row + 1, body->row + 1) = body->mass / time_step_;
+        matrix_(body->row + 2, body->row + 2) = body->inertia / time_step_;
+    }
+    for (const Foot* foot : group_feet_) {
+        const Rub::Law& d = foot->law;
+        const double x = foot->arm_x, y = foot->arm_y;
+        const double turn_x = d.dxy * x - d.dxx * y, turn_y = d.dyy * x - d.dxy * y;
+        Eigen::Matrix3d block;
+        block << d.dxx, d.dxy, turn_x, d.dxy, d.dyy, turn_y, turn_x, turn_y, x * turn_y - y * turn_x;
+        const int row = bodies_[foot->body].row;
+        matrix_.block<3, 3>(row, row) += block;
+    }
+    for (const Touch* touch : group_touches_) {
+        const Vector& n = touch->pair->normal;
+        const double mu = touch->pair->side_friction;
+        const double stick = touch->sticks ? mu * touch->load / kStickSlip : 0;
+        const double couple = touch->sticks || touch->drag == 0 ? 0 : std::copysign(mu * touch->rate, touch->drag);
+        const int at[2] = {touch->first, touch->second};
+        for (int a = 0; a < 2; ++a) {
+            if (at[a] < 0) continue;
+            const double sign_a = a == 0 ? 1 : -1;
+            const Eigen::Vector3d normal_a(sign_a * n[0], sign_a * n[1], sign_a * touch->arm[2 * a]);
+            const Eigen::Vector3d tangent_a(-sign_a * n[1], sign_a * n[0], sign_a * touch->arm[2 * a + 1]);
+            for (int b = 0; b < 2; ++b) {
+                if (at[b] < 0) continue;
+                const double sign_b = b == 0 ? 1 : -1;
+                const Eigen::Vector3d normal_b(sign_b * n[0], sign_b * n[1], sign_b * touch->arm[2 * b]);
+                const Eigen::Vector3d tangent_b(-sign_b * n[1], sign_b * n[0], sign_b * touch->arm[2 * b + 1]);
+                matrix_.block<3, 3>(bodies_[at[a]].row, bodies_[at[b]].row) +=
+                    (touch->rate * normal_a + couple * tangent_a) * normal_b.transpose() +
+                    stick * tangent_a * tangent_b.transpose();
+            }
+        }
+    }
+}
+
+// Solves the linear system: without memory of its own for a body or two, and for a team.
+void CompliantStep::find_way() {
+    using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kSmallSystem, kSmallSystem>;
+    const auto size = residual_.size();
+    if (size == 3)
+        way_ = -Eigen::Matrix3d(matrix_).inverse() * Eigen::Vector3d(residual_);
+    else if (size == 6)
+        way_ = -Eigen::Matrix<double, 6, 6>(matrix_).partialPivLu().solve(residual_);
+    else if (size <= kSmallSystem)
+        way_ = -Small(matrix_).partialPivLu().solve(residual_);
+    else
+        way_ = -matrix_.partialPivLu().solve(residual_);
+}
+
+// Friction is limited by what presses now. Did that change anything?
+bool CompliantStep::update_loads() {
+    bool changed = false;
+    for (Body* body : group_bodies_)
+        if (body->drive) {
+            double forces[2][2];
+            int i = 0;
+            for (const Foot* foot : group_feet_)
+                if (&bodies_[foot->body] == body && i < 2) {
+                    forces[i][0] = foot->law.fx;
+                    forces[i++][1] = foot->law.fy;
+                }
+            changed |= body->drive->share_loads(forces);
+        }
+    for (Touch* touch : group_touches_) {
+        changed |= touch->press != touch->load;
+        touch->load = touch->press;
+    }
+    return changed;
+}
+
+// Shares of the way at which a foot or a side stops and turns back: there friction jumps. After the whole way was
+// evaluated.
+void CompliantStep::find_kinks() {
+    const Eigen::VectorXd& way = way_;
+    kinks_.clear();
+    const auto add = [&](double at) {
+        if (at > 0 && at < 1) kinks_.push_back(at);
+    };
+    for (const Foot* foot : group_feet_) {
+        const int row = bodies_[foot->body].row;
+        const double dx = way[row] - way[row + 2] * foot->arm_y, dy = way[row + 1] + way[row + 2] * foot->arm_x;
+        const double square = dx * dx + dy * dy;
+        if (square > 0) add(1 - (foot->slip_x * dx + foot->slip_y * dy) / square);
+    }
+    for (const Touch* touch : group_touches_) {
+        const Vector& n = touch->pair->normal;
+        double change = 0;
+        for (const int i : {0, 1}) {
+            const int at = i == 0 ? touch->first : touch->second;
+            if (at < 0) continue;
+            const double* u = &way[bodies_[at].row];
+            change += (i == 0 ? 1 : -1) * (u[1] * n[0] - u[0] * n[1] + u[2] * touch->arm[2 * i + 1]);
+        }
+        if (change != 0) add(1 - touch->sliding / change);
+    }
+    std::sort(kinks_.begin(), kinks_.end());
+}
+
+// How far to go. The slope along the way rises; where it jumps, the minimum may well be.
+double CompliantStep::line_search() {
+    const double start = residual_.dot(way_), enough = kSlopeLeft * std::abs(start);  // start < 0
+    const auto slope = [&](double share) {
+        evaluate(share);
+        return residual_.dot(way_);
+    };
+    double low = 0, low_slope = start, high = 1, high_slope = slope(1);
+    if (high_slope <= enough) return 1;
+    find_kinks();
+    for (const double at : kinks_) {
+        const double here = slope(at);
+        if (here <= 0) {
+            low = at;
+            low_slope = here;
+            continue;
+        }
+        // Does it fall up to this kink?
+        const double before = slope(at - kBeforeKink * (at - low));
+        if (before <= 0) {
+            evaluate(at);
+            return at;
+        }
+        high = at;
+        high_slope = before;
+        break;
+    }
+    double share = high;
+    for (int i = 0; i < kMostSlopes; ++i) {
+        // False position, held off the ends, where a bend would make it crawl.
+        const double width = high - low, linear = low_slope / (low_slope - high_slope);
+        share = low + width * std::clamp(linear, 0.1, 0.9);
+        const double here = slope(share);
+        if (std::abs(here) <= enough) break;
+        (here < 0 ? low : high) = share;
+        (here < 0 ? low_slope : high_slope) = here;
+    }
+    return share;
+}
+
+}  // namespace swarmevo
