@@ -157,7 +157,7 @@ def assess(
         store: The run.
         sizes: Of the teams: rows of the table.
         repeats: Tests of each controller and team size.
-        robustness: Also with other noise and other starts.
+        robustness: Also with other noise, other starts and the other bumpers.
         workers: Episodes at once; 0: one for each processor.
         observe: Told about the progress.
         stop: Asked now and then; when true, the tests end.
@@ -329,12 +329,14 @@ def _worlds(settings: Config) -> dict[str, tuple[str, Config]]:
     position, heading = settings.team.start_jitter
     doubled = {name: min(1.0, 2 * value) for name, value in noise.items()}
     turned = (position, min(3.15, 5 * heading))
+    bumper = "rigid" if settings.robot.bumper == "sprung" else "sprung"
     worlds = {
         "no noise": ("noise.* 0", _changed(settings, "noise", **dict.fromkeys(noise, 0.0))),
         "double noise": ("noise.* doubled", _changed(settings, "noise", **doubled)),
         "exact starts": ("team.start_jitter 0", _changed(settings, "team", start_jitter=(0.0, 0.0))),
         "turned starts": (f"team.start_jitter {list(turned)}", _changed(settings, "team", start_jitter=turned)),
         "starts anywhere": ("team.start random", _changed(settings, "team", start="random")),
+        f"{bumper} bumpers": (f"robot.bumper {bumper}", _changed(settings, "robot", bumper=bumper)),
     }
     return {name: world for name, world in worlds.items() if not simulator.scene_errors(world[1])}
 

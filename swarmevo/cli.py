@@ -381,7 +381,7 @@ def assess(
     run: Run,
     robots: Annotated[str, typer.Option(metavar="N|N-M", help="Team sizes: rows of the table.")] = "1-5",
     repeats: Annotated[int, typer.Option(metavar="N", min=1, max=65535, help="Tests of each controller.")] = 5,
-    robustness: Annotated[bool, typer.Option("--robustness", help="Also with other noise and other starts.")] = False,
+    robustness: Annotated[bool, typer.Option("--robustness", help="Also other noise, starts and bumpers.")] = False,
     settings: OtherWorld = None,
     workers: Workers = "auto",
     as_json: Annotated[bool, typer.Option("--json", help="Everything, as JSON.")] = False,

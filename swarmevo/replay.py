@@ -312,6 +312,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
             "wheel": config.robot.wheel_radius,
             "axle": config.robot.axle_length,
             "speed": config.robot.top_speed,
+            "bumper": config.robot.bumper,
         },
         "unit": {"position": size / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * size / _LARGEST},
         "terms": list(recording.terms),

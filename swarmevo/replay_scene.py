@@ -35,6 +35,7 @@ _WALL_THICKNESS = 0.02  # of the arena's size
 _STRIPE = 0.035  # of the arena's size: width of the stripe along the target wall
 _UPRIGHT = tf.rotation_matrix(math.pi / 2, [1, 0, 0])  # three.js' cylinders stand along y, ours along z
 _WHEEL_WIDTH = 0.06  # of the axle's length
+_BUMPER_HEIGHT = 0.3  # of the box's height: a band half-way up, where bumper and box meet
 _FLOOR_LAYERS = {
     "stripe": 0.0004,
     "grid": 0.0006,
@@ -44,6 +45,7 @@ _FLOOR_LAYERS = {
 }  # [m], over the floor
 
 _BODY, _CIRCUIT, _CORE, _CAP, _TYRE, _HUB = "#2fae6b", "#1d6b45", "#20262b", "#f5f6f2", "#22272b", "#d9dee2"
+_BUMPER = "#7d8891"
 _TOUCH, _SIGNAL, _TARGET = "#ffb000", "#7a5cff", "#1b9e8f"
 
 
@@ -74,7 +76,10 @@ def commands(config: Config) -> list[Command]:
     """Return the meshcat commands, not yet packed, that build the world of ``config``."""
     parts = [*_arena(config), *_box(config), *_emitter(config)]
     for robot in range(config.team.robots):
-        parts += _epuck(f"robots/{robot}", config.robot, config.sensors, COLOURS[robot % len(COLOURS)], str(robot + 1))
+        path = f"robots/{robot}"
+        parts += _epuck(path, config.robot, config.sensors, COLOURS[robot % len(COLOURS)], str(robot + 1))
+        if config.robot.bumper == "sprung":
+            parts.append(_bumper(path, config.robot, config.box.size[2]))
     return [command for part in parts for command in part.commands()]
 
 
@@ -254,7 +259,7 @@ def _emitter(config: Config) -> list[Part]:
 
 def _epuck(path: str, robot: Robot, sensors: Sensors, colour: str, number: str) -> list[Part]:
     """Return an E-puck: a clear green body with gaps for the wheels, the circuit board on it, a cap with its number."""
-    r, deck = robot.radius, max(0.7 * robot.height, 2.05 * robot.wheel_radius)
+    r, deck = _hard_radius(robot), max(0.7 * robot.height, 2.05 * robot.wheel_radius)
     top = max(robot.height, deck + 0.1 * r)
     core = 0.5 * robot.axle_length * (1 - 1.6 * _WHEEL_WIDTH)
     gap = min(math.atan2(robot.wheel_radius, robot.axle_length / 2) + 0.12, 1.2)  # [rad] at either side, for a wheel
@@ -294,8 +299,21 @@ def _epuck(path: str, robot: Robot, sensors: Sensors, colour: str, number: str) 
             shadow=False,
         ),
         *_wheels(path, robot),
-        *_senses(path, r, deck, sensors),
+        *_senses(path, robot.radius, deck, sensors),
     ]
+
+
+def _hard_radius(robot: Robot) -> float:
+    """Return the radius of what does not give way [m]."""
+    return robot.radius - (robot.bumper_travel if robot.bumper == "sprung" else 0)
+
+
+def _bumper(path: str, robot: Robot, box_height: float) -> Part:
+    """Return the sprung bumper at rest. Pressed in, it sinks into what it meets, up to the body at most."""
+    height = min(box_height, robot.height)
+    low, high = (1 - _BUMPER_HEIGHT) * height / 2, (1 + _BUMPER_HEIGHT) * height / 2
+    band = _tube(_hard_radius(robot), robot.radius, low, high, 0.0, math.pi)
+    return Part(f"{path}/bumper", band, _glossy(_BUMPER, shininess=8), _UPRIGHT)
 
 
 def _wheels(path: str, robot: Robot) -> Iterator[Part]:

@@ -86,7 +86,7 @@ def test_robustness_changes_the_world(run: Path) -> None:
     found = assess(run, robustness=True)
     names = [condition.name for condition in found.robustness]
     assert names[0] == "as evolved"
-    assert {"no noise", "double noise", "exact starts", "turned starts"} < set(names)
+    assert {"no noise", "double noise", "exact starts", "turned starts", "rigid bumpers"} < set(names)
     assert found.robustness[0].outcome == found.rows[1]
 
 
@@ -94,6 +94,13 @@ def test_a_world_without_room_is_left_out(run: Path) -> None:
     with Store.open(run) as store:
         settings = config.load(store.config_path, ["team.start_region=[-0.04, 0.04, -0.04, 0.04]"])
     assert "starts anywhere" not in assessment._worlds(settings)
+
+
+def test_the_other_bumpers_are_those_that_evolution_did_not_have(run: Path) -> None:
+    with Store.open(run) as store:
+        settings = config.load(store.config_path, ["robot.bumper=rigid"])
+    changes, world = assessment._worlds(settings)["sprung bumpers"]
+    assert (changes, world.robot.bumper) == ("robot.bumper sprung", "sprung")
 
 
 def test_progress_reaches_its_end(run: Path) -> None:

@@ -218,6 +218,35 @@ def test_the_scene_has_every_node_that_the_player_moves(settings: Config) -> Non
     assert replay_scene.packed(settings) == replay_scene.packed(settings)
 
 
+def geometries(settings: Config) -> dict[str, dict[str, Any]]:
+    """Return the one geometry of each node."""
+    commands = [command for command in replay_scene.commands(settings) if command["type"] == "set_object"]
+    return {command["path"]: command["object"]["geometries"][0] for command in commands}
+
+
+def test_a_sprung_bumper_is_the_rim_around_a_smaller_body(settings: Config) -> None:
+    shapes = geometries(settings)
+    for robot in range(5):
+        profile = shapes[f"/robots/{robot}/bumper"]["points"]
+        radii = sorted({point["x"] for point in profile})
+        assert radii == pytest.approx([0.029, 0.035])
+        heights = [point["y"] for point in profile]
+        assert 0 < min(heights) < max(heights) < settings.box.size[2]
+        assert (min(heights) + max(heights)) / 2 == pytest.approx(settings.box.size[2] / 2)
+        assert shapes[f"/robots/{robot}/board"]["radiusTop"] == radii[0]
+
+
+def test_a_rigid_bumper_is_the_body(settings: Config) -> None:
+    robot = settings.robot.model_copy(update={"bumper": "rigid"})
+    shapes = geometries(settings.model_copy(update={"robot": robot}))
+    assert "/robots/0/bumper" not in shapes
+    assert shapes["/robots/0/board"]["radiusTop"] == 0.035
+
+
+def test_the_legend_has_the_bumpers_colour() -> None:
+    assert f"--sw-bumper: {replay_scene._BUMPER};" in replay._asset("replay_player.css")
+
+
 # ---- as a page -------------------------------------------------------------------------------------------------------
 
 
@@ -270,6 +299,7 @@ def test_the_page_opens_offline(
         browsers.keep(page, f"replay-{request.node.callspec.id}")
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         assert "small, individual 1" in page.inner_text(".sw-title")
+        assert page.locator(".sw-legend li", has_text="bumper").is_visible()
         assert watched.errors == []
         assert watched.requests == []
 
@@ -290,6 +320,16 @@ def test_the_scene_shows_the_stored_poses(browser: Browser, file: Path, recordin
                 turned = np.array(seen["robots"])[:, 2] - pose[0, step, :, 2]
                 np.testing.assert_allclose(np.cos(turned), 1, atol=1e-6)
                 np.testing.assert_allclose(seen["box"][:2], box[0, step, :2], atol=1e-4)
+
+
+def test_the_legend_has_only_bumpers_that_are_there(browser: Browser, recording: Recording, tmp_path: Path) -> None:
+    robot = recording.config.robot.model_copy(update={"bumper": "rigid"})
+    rigid = dataclasses.replace(recording, config=recording.config.model_copy(update={"robot": robot}))
+    (tmp_path / "rigid.html").write_text(replay.render([replay.data(rigid, "")], ""))
+    with browsers.watch(browser, 640, 420) as watched:
+        page = watched.open(tmp_path / "rigid.html")
+        assert page.locator(".sw-legend li:visible").all_inner_texts() == ["RF signal", "box sensor", "target wall"]
+        assert watched.errors == []
 
 
 def test_robots_move_in_the_picture(browser: Browser, file: Path) -> None:

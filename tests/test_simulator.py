@@ -105,7 +105,7 @@ def test_native_fixture_has_the_defaults() -> None:
         config.emitter.range,
         *config.emitter.strength,
     ]
-    assert numbers(r"config\.robot = {(.*)};") == values(config.robot)
+    assert numbers(r"config\.robot = {((?:.|\n)*?), SWE") == values(config.robot)
     assert numbers(r"yaws\[\] = {(.*)};") == list(config.sensors.infrared_yaw_deg)
     assert numbers(r"curve\[\]\[2\] = {((?:.|\n)*?)};") == [x for point in config.sensors.infrared_curve for x in point]
     assert numbers(r"touch\[\] = {(.*)};") == list(config.sensors.touch_yaw_deg)

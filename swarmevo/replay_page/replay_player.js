@@ -546,11 +546,16 @@ const SwarmevoPlayer = (() => {
         element("p", "sw-no-scene", `The scene needs WebGL, which this browser does not give: ${error.message}`, scene);
       }
       const legend = element("ul", "sw-legend", undefined, scene);
-      for (const [name, text] of [["signal", "RF signal"], ["touch", "box sensor"], ["target", "target wall"]]) {
+      const named = (name, text) => {
         const item = element("li", "", undefined, legend);
         element("i", `sw-mark-${name}`, undefined, item);
         item.append(text);
-      }
+        return item;
+      };
+      named("signal", "RF signal");
+      named("touch", "box sensor");
+      this.bumper = named("bumper", "bumper");
+      named("target", "target wall");
       this.home = element("button", "sw-camera", "whole arena", scene);
       this.home.type = "button";
       this.home.addEventListener("click", () => {
@@ -566,6 +571,7 @@ const SwarmevoPlayer = (() => {
       this.subtitle.textContent = episode.subtitle;
       this.warning.textContent = episode.warning || "";
       this.warning.hidden = !episode.warning;
+      this.bumper.hidden = episode.robot.bumper !== "sprung";
       this._facts();
       this._team();
       if (this.scene) this.scene.load(this.track, episode.scene || commands);
