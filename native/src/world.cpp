@@ -4,21 +4,22 @@
 // disc, a box, a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
 //
 // Model
-//   - Floor, with driven contacts: bodies stay level, and what presses on the floor is known by statics. So friction
-//     alone is solved for, with limits of its own; half of the solver's rows go.
-//   - Floor, articulated: each wheel touches below its hub, a caster at its tip, the box at its four corners.
+//   - Floor: friction is Coulomb's, in a circle under each wheel and each foot of the box (world_rub.hpp). With driven
+//     contacts bodies stay level, and what presses on the floor is known by statics; articulated, it is solved for.
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
-//     force's centre along it is taken where it tips neither body.
+//     force's centre along it is taken where it tips neither body. Robots meet by their bumpers.
 //     Simplification: outlines are those of the upright body; tilts here stay below a few degrees.
-//   - What mostly goes on as it did is assumed to: wheels that slip (world_driven_contacts.cpp), a box that stands or
-//     slides (world_box.hpp), gaps that nothing is about to close (world_average.hpp). That leaves a small problem for
-//     the solver. Where it did not come true, the step is taken back and solved in full.
 //   - A contact is made before touch. It allows no faster approach than closes the gap within the step. So a body
 //     never sinks into another by the distance of one step, whatever the time step.
-//   - Friction is Coulomb's: in a circle for wheels (world_grip.hpp), else in a pyramid along the given direction. That
-//     of sides takes its limit from the normal forces that hold without it.
 //
-// Speeds and lengths named below are tuned to the E-puck; scene.cpp refuses what is too fast for them.
+// A step
+//   - Robots that nothing is near coast in closed form. Those at rest under the same forces as before stay there, and a
+//     box that stands is a wall, as long as its feet hold it (world_box.hpp). All others are solved for: level bodies
+//     by Newton's method (world_compliant.hpp), the articulated drive by ODE.
+//   - It is cut where bodies in touch change their speed so much that they would end in the wrong place
+//     (world_average.hpp).
+//
+// Speeds and lengths are tuned to the E-puck (world_constants.hpp); scene.cpp refuses what is too fast for them.
 #include "world.hpp"
 
 #include <algorithm>
@@ -132,7 +133,7 @@ struct World::Impl {
 
     // What each body is expected to do in a step, from how it moves now.
     void expect() {
-        box.expect(average.has_settled(box_number));
+        box.expect(box.stands() || average.has_settled(box_number));
         for (Robot& robot : robots) robot.drive->expect();
     }
 
@@ -291,7 +292,7 @@ struct World::Impl {
             unsigned warnings = 0;
             by_ode = false;
             if (!nothing_to_solve()) {
-                by_ode = !is_level || sides.any_rigid() || soft || !give_way(time_step);
+                by_ode = !is_level || soft || !give_way(time_step);
                 if (by_ode) warnings = step_by_ode(time_step, soft);
             }
             if (warnings > 0) {
@@ -419,7 +420,10 @@ double World::push_force(unsigned robot) const {
 
 double World::energy() const {
     const double gravity = impl_->scene.physics.gravity;
-    double sum = impl_->sides.stored_energy() + energy_of(impl_->box.body(), impl_->box.height(), gravity);
+    std::vector<Place> robots;
+    for (const Impl::Robot& robot : impl_->robots) robots.push_back(place_of(robot.drive->body()));
+    double sum = impl_->sides.stored_energy(robots, place_of(impl_->box.body())) +
+                 energy_of(impl_->box.body(), impl_->box.height(), gravity);
     for (const Impl::Robot& robot : impl_->robots)
         for (std::size_t i = 0; i < robot.resting_heights.size(); ++i)
             sum += energy_of(robot.drive->bodies()[i], robot.resting_heights[i], gravity);

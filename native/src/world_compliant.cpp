@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "error.hpp"
 #include "world_constants.hpp"
 
 namespace swarmevo {
@@ -96,6 +97,7 @@ bool CompliantStep::solve_group(int group) {
     for (const Body* body : group_bodies_)
         for (int k = 0; k < 3; ++k) velocity_[body->row + k] = body->guess[k];
     evaluate(0);
+    if (!residual_.allFinite()) throw Error(SWE_PHYSICS_ERROR, "a force is not finite");
     for (int round = 0; round < kMostRounds; ++round) {
         if (update_loads()) evaluate(0);
         if (is_balanced()) {

@@ -11,7 +11,7 @@ namespace swarmevo {
 // too late. docs/validation.md, "Where bodies meet": the cases there keep to 2 % of the way and 2 degrees.
 constexpr double kWayError = 3e-4;
 // The same where nothing gives way: a rigid blow moves the box by 0.2 mm in all, and is to be right within a tenth.
-constexpr double kRigidWayError = 5e-6;
+constexpr double kRigidWayError = 2e-6;
 // No step is cut below this [s].
 constexpr double kShortestStep = 1e-4;
 // Farthest that a body that was thrown moves in one step [m], since contacts are those of its beginning.
@@ -75,10 +75,15 @@ constexpr double kTouchingGap = 1e-6;
 
 // ---- ODE's contacts (world_ode.cpp) ----
 
+// By how much one of two equal limits of friction is to exceed the other, relatively: surfaces that slip in the same
+// instant tie rows of the contact problem, and ODE's solver stalls. Far above rounding, far below any figure of
+// friction.
+constexpr double kTieBreak = 1e-9;
+
 // Speed at which overlaps are pushed apart, at most [m/s]: about a robot's top speed.
 constexpr double kLargestCorrection = 0.1;
-// The share of an overlap that is pushed apart in a step takes at least this long [s]: in shorter steps of a blow it would
-// make bodies bounce.
+// The share of an overlap that is pushed apart in a step takes at least this long [s]: in shorter steps of a blow it
+// would make bodies bounce.
 constexpr double kCorrectionTime = 5e-3;
 // Gap that a contact leaves to be closed at least [m]. One that touches and does not move would otherwise be on the
 // very edge between pressing and parting, where ODE's solver stalls.

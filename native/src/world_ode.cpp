@@ -85,6 +85,11 @@ unsigned OdeWorld::step(double time_step) {
     return warnings_of_thread;
 }
 
+Place place_of(dBodyID body) {
+    const dReal *p = dBodyGetPosition(body), *r = dBodyGetRotation(body);
+    return {p[0], p[1], r[0], r[4]};
+}
+
 BodyState state_of(dBodyID body) {
     BodyState state;
     std::copy_n(dBodyGetPosition(body), 3, state.position);
@@ -184,6 +189,7 @@ dJointID Contacts::add_sprung(dBodyID first, dBodyID second, const Vector& point
 
 void Contacts::add_level(dBodyID body, double x, double y, const Friction& friction) {
     dContact contact = rubbing(friction);
+    contact.surface.mu *= 1 + count_ * kTieBreak;
     contact.surface.motionN = -1;  // the normal, which ODE's contacts always have, never presses
     const dReal point[3] = {x, y, dBodyGetPosition(body)[2]};
     std::copy_n(point, 3, contact.geom.pos);

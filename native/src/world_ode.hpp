@@ -49,6 +49,7 @@ struct BodyState {
     double position[3], quaternion[4], velocity[3], spin[3];
 };
 
+Place place_of(dBodyID body);
 BodyState state_of(dBodyID body);
 void set_state(dBodyID body, const BodyState& state);
 Pose pose_of(dBodyID body);
@@ -63,11 +64,6 @@ dBodyID create_level_body(dWorldID world, const Vector& position, double heading
 Vector turned(const Vector& direction, double angle);  // about the vertical
 Vector axis(dBodyID body, int column);               // a column of its rotation matrix: its own x, y or z in the world
 Vector to_world(dBodyID body, const Vector& local);  // a point of the body
-
-// By how much one of two equal limits of friction is to exceed the other, relatively: surfaces that slip in the same
-// instant tie rows of the contact problem, and ODE's solver stalls. Far above rounding, far below any figure of
-// friction.
-constexpr double kTieBreak = 1e-9;
 
 // How two surfaces rub. Friction acts along `direction`, a unit vector across the normal, and at a right angle to it.
 struct Friction {
@@ -90,7 +86,7 @@ struct Spring {
     // presses: spring by the mean depth, damper from the moment on at which the gap is closed.
     double whole(double time_step) const { return time_step / 2 * stiffness + damping; }
     double push_out(double gap, double time_step) const {
-        return gap < 0 ? -stiffness * gap / whole(time_step) : -gap / time_step;
+        return gap < 0 && stiffness > 0 ? -stiffness * gap / whole(time_step) : -gap / time_step;
     }
 };
 

@@ -25,13 +25,8 @@ Sides::Sides(const Scene& scene, AverageVelocity& average)
 }
 
 void Sides::begin() {
-    stored_energy_ = 0;
     meeting_.clear();
     for (Pair& pair : pairs_) pair.may_meet = false;
-}
-
-bool Sides::any_rigid() const {
-    return std::any_of(meeting_.begin(), meeting_.end(), [](const Pair* pair) { return pair->is_rigid; });
 }
 
 // Nothing where bodies are not likely to meet.
@@ -47,7 +42,6 @@ bool Sides::add(Pair& pair, const Solid& first, const Solid& second, const Side&
     pair.may_meet = average_.note(touch);
     if (!pair.may_meet) return false;
     meeting_.push_back(&pair);
-    pair.is_rigid = bumpers == 0;
     pair.may_stop = bumpers == 0 || average_.may_close(touch.gap + pair.travel);
     pair.first = first.body ? first.number : kFixed;
     pair.second = second.body ? second.number : kFixed;
@@ -59,8 +53,6 @@ bool Sides::add(Pair& pair, const Solid& first, const Solid& second, const Side&
     pair.spring = {};
     if (bumpers > 0) pair.spring = {robot.bumper_stiffness / bumpers, robot.bumper_damping / bumpers};
     pair.side_friction = scene_.physics.side_friction;
-    const double depth = std::max(0.0, -pair.gap);
-    stored_energy_ += pair.spring.stiffness * depth * depth / 2;
     return true;
 }
 
@@ -127,28 +119,53 @@ bool Sides::add_robot_at_walls(const Solid& robot) {
                      std::min(scene_.arena.wall_height, scene_.robot.height) / 2);
 }
 
+Sides::Side Sides::side_of_robots(const Place& first, const Place& second) const {
+    const double dx = first.x - second.x, dy = first.y - second.y, distance = norm(dx, dy);
+    return {(first.x + second.x) / 2,
+            (first.y + second.y) / 2,
+            scene_.robot.centre_of_mass,
+            dx / distance,
+            dy / distance,
+            distance - 2 * scene_.robot.radius};
+}
+
+Sides::Side Sides::side_of_push(const Place& robot, const Place& box) const {
+    const double dx = robot.x - box.x, dy = robot.y - box.y;
+    const Separation s = separate_point_from_rectangle(dx * box.cosine + dy * box.sine, dy * box.cosine - dx * box.sine,
+                                                       scene_.box.size[0] / 2, scene_.box.size[1] / 2);
+    const Vector nearest = box.turned(s.nearest_x, s.nearest_y), normal = box.turned(s.normal_x, s.normal_y);
+    const double height = std::min(scene_.box.size[2], scene_.robot.height) / 2;
+    return {box.x + nearest[0], box.y + nearest[1], height, normal[0], normal[1], s.distance - scene_.robot.radius};
+}
+
 bool Sides::add_robots(const Solid& first, const Solid& second) {
     const Place &p = average_.place(first.number), &q = average_.place(second.number);
     const double dx = p.x - q.x, dy = p.y - q.y, limit = 2 * scene_.robot.radius + reach_;
     const double square = dx * dx + dy * dy;
     if (square >= limit * limit || square == 0) return false;
-    const double distance = std::sqrt(square);
-    return add(pairs_[first.number * (first.number - 1) / 2 + second.number], first, second,
-               {(p.x + q.x) / 2, (p.y + q.y) / 2, scene_.robot.centre_of_mass, dx / distance, dy / distance,
-                distance - 2 * scene_.robot.radius});
+    return add(pairs_[first.number * (first.number - 1) / 2 + second.number], first, second, side_of_robots(p, q));
 }
 
 bool Sides::add_push(const Solid& robot, const Box& box, int box_number) {
-    const Place &p = average_.place(robot.number), &middle = average_.place(box_number);
-    const double dx = p.x - middle.x, dy = p.y - middle.y;
-    const Separation s =
-        separate_point_from_rectangle(dx * middle.cosine + dy * middle.sine, dy * middle.cosine - dx * middle.sine,
-                                      scene_.box.size[0] / 2, scene_.box.size[1] / 2);
-    const Vector nearest = middle.turned(s.nearest_x, s.nearest_y), normal = middle.turned(s.normal_x, s.normal_y);
     const Solid pushed = {box.stands() ? nullptr : box.body(), box_number, 0};
     return add(pairs_[at_box_ + robot.number], robot, pushed,
-               {middle.x + nearest[0], middle.y + nearest[1], std::min(scene_.box.size[2], scene_.robot.height) / 2,
-                normal[0], normal[1], s.distance - scene_.robot.radius});
+               side_of_push(average_.place(robot.number), average_.place(box_number)));
+}
+
+double Sides::stored_energy(const std::vector<Place>& robots, const Place& box) const {
+    if (!sprung_) return 0;
+    const double half = scene_.arena.size / 2, radius = scene_.robot.radius;
+    const auto hold = [&](double gap, int bumpers) {
+        return gap < 0 ? scene_.robot.bumper_stiffness / bumpers * gap * gap / 2 : 0;
+    };
+    double sum = 0;
+    for (std::size_t i = 0; i < robots.size(); ++i) {
+        const Place& p = robots[i];
+        for (const double to_wall : {half - p.x, half + p.x, half - p.y, half + p.y}) sum += hold(to_wall - radius, 1);
+        sum += hold(side_of_push(p, box).gap, 1);
+        for (std::size_t j = 0; j < i; ++j) sum += hold(side_of_robots(p, robots[j]).gap, 2);
+    }
+    return sum;
 }
 
 void Sides::add_box_at_walls(const Box& box, int box_number) {

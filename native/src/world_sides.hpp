@@ -27,8 +27,7 @@ class Sides {
     // Two sides that may meet, and what they did when they were last solved for.
     struct Pair {
         bool may_meet = false;     // in this step
-        bool is_rigid = false;     // there are no bumpers
-        bool may_stop = false;     // bumpers may be used up within the step
+        bool may_stop = false;     // there are no bumpers, or they may be used up within the step
         int first, second;         // numbers in `average`; kFixed
         dBodyID bodies[2];         // nullptr: it does not give way
         Vector point{}, normal{};  // where; from the second to the first
@@ -55,7 +54,6 @@ class Sides {
 
     // Those that may meet in the step.
     const std::vector<Pair*>& pairs() const { return meeting_; }
-    bool any_rigid() const;
 
     // ---- for ODE ----
 
@@ -71,8 +69,8 @@ class Sides {
     // What a robot does to the box.
     const Pair& push(int robot) const { return pairs_[at_box_ + robot]; }
 
-    // What pressed bumpers hold [J].
-    double stored_energy() const { return stored_energy_; }
+    // What pressed bumpers hold, of robots and a box that stand there [J].
+    double stored_energy(const std::vector<Place>& robots, const Place& box) const;
 
   private:
     struct Side {
@@ -80,6 +78,8 @@ class Sides {
         double normal_x, normal_y;  // from the second to the first
         double gap;                 // between rims [m]
     };
+    Side side_of_robots(const Place& first, const Place& second) const;
+    Side side_of_push(const Place& robot, const Place& box) const;
     bool add(Pair& pair, const Solid& first, const Solid& second, const Side& side);
     // `first`: of its four pairs.
     bool add_walls(Pair* first, const Solid& solid, double x, double y, double radius, double height);
@@ -89,7 +89,6 @@ class Sides {
     double reach_;  // gap from which nothing meets within a step [m]
     bool sprung_;
     double slight_load_;  // difference of two loads that does not matter [N]
-    double stored_energy_ = 0;
     // Robots with those before them, then with walls, then with the box; the box's corners with walls.
     std::vector<Pair> pairs_;
     std::vector<Pair*> meeting_;

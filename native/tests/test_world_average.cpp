@@ -40,47 +40,83 @@ TEST_CASE("a robot that starts lags behind its wheels by v^2 / (2 mu g), at ever
     }
 }
 
-TEST_CASE("a robot that runs into a wall between two steps stops at the wall") {
-    for (const double time_step : {0.01, 0.02, 0.05})
-        for (int phase = 0; phase < 10; ++phase) {  // of the collision in its step
-            Fixture fixture({0.3 - 0.0006 * phase, 0, 0});
-            fixture.without_noise().config.physics.time_step = time_step;
-            const Scene scene = fixture.scene();
-            World world(scene, scene.start_poses);
-            world.set_rim_speeds(0, 0.12, 0.12);
-            run(world, 2, time_step);
-            CHECK(world.robot_pose(0).x == doctest::Approx(0.465).epsilon(1e-4));
-            CHECK(world.extremes().penetration < 1e-4);
-            CHECK(world.ode_messages() == 0);
-        }
+TEST_CASE("a robot that runs into a wall between two steps stops where the wall holds its bumper") {
+    for (const int bumper : {SWE_BUMPER_SPRUNG, SWE_BUMPER_RIGID})
+        for (const double time_step : {0.005, 0.01, 0.02, 0.05})
+            for (int phase = 0; phase < 10; ++phase) {  // of the collision in its step
+                CAPTURE(bumper);
+                CAPTURE(time_step);
+                CAPTURE(phase);
+                Fixture fixture({0.3 - 0.0006 * phase, 0, 0});
+                fixture.without_noise().config.physics.time_step = time_step;
+                fixture.config.robot.bumper = bumper;
+                const Scene scene = fixture.scene();
+                World world(scene, scene.start_poses);
+                world.set_rim_speeds(0, 0.12, 0.12);
+                run(world, 2, time_step);
+                const double wall = scene.arena.size / 2 - scene.robot.radius, x = world.robot_pose(0).x;
+                if (bumper == SWE_BUMPER_SPRUNG)
+                    CHECK(std::abs(x - wall - traction_limit(scene) / scene.robot.bumper_stiffness) <
+                          0.02 * scene.robot.bumper_travel);
+                else
+                    CHECK(x == doctest::Approx(wall).epsilon(1e-4));
+                CHECK(world.extremes().penetration < 1e-4);
+                CHECK(world.ode_messages() == 0);
+            }
 }
 
-TEST_CASE("bodies are likely to meet, unlikely to, or far from it, by the shove that it would take") {
-    using Meeting = AverageVelocity::Meeting;
+TEST_CASE("sides are likely to meet or not, by the shove that it would take") {
     constexpr double kStep = 0.05;
-    const auto meeting = [&](double gap, bool cautious, double then, double now, bool* kept_clear) {
+    // A body before a wall: `gap` at the start of the step; its speeds before it, as its drive means to, and after it.
+    struct Approach {
+        double gap, before, intended, after;
+        bool cautious = false;
+        double travel = 0;
+    };
+    struct Outcome {
+        bool likely, kept_clear;
+    };
+    const auto meet = [&](const Approach& a, bool drifts) {
         OdeWorld world;
         const dBodyID body = create_level_body(world.id(), {0, 0, 0}, 0, 1, 1);
-        dBodySetLinearVel(body, then, 0, 0);
-        AverageVelocity average;
-        average.add_body(body, {1, 1});
-        average.begin(kStep, cautious);
-        const Meeting found = average.note({0, AverageVelocity::kWall, 0, 0, -1, 0, gap});
-        dBodySetLinearVel(body, now, 0, 0);
-        *kept_clear = average.kept_clear();
-        return found;
+        dBodySetLinearVel(body, a.before, 0, 0);
+        AverageVelocity average(drifts);
+        average.add_body(body, {1, 1, 0.035});
+        average.begin(kStep, a.cautious);
+        average.intend(0, a.intended, 0);
+        AverageVelocity::Touch touch{};
+        touch.first = 0;
+        touch.second = AverageVelocity::kWall;
+        touch.normal_x = -1;
+        touch.gap = a.gap - average.place(0).x;
+        touch.travel = a.travel;
+        const bool likely = average.note(touch);
+        CHECK(touch.gap == doctest::Approx(a.gap));
+        CHECK(average.touches().size() == (likely ? 1 : 0));
+        CHECK(likely == average.may_close(a.gap));
+        dBodySetLinearVel(body, a.after, 0, 0);
+        return Outcome{likely, average.kept_clear()};
     };
-    bool kept_clear = false;
-    CHECK(meeting(0.001, false, 0, 0, &kept_clear) == Meeting::likely);
-    CHECK(meeting(0.004, false, 0.07, 0, &kept_clear) == Meeting::likely);
-    CHECK(meeting(0.004, false, 0, 0.079, &kept_clear) == Meeting::unlikely);
-    CHECK(kept_clear);
-    CHECK(meeting(0.004, false, 0, 0.081, &kept_clear) == Meeting::unlikely);
-    CHECK_FALSE(kept_clear);
-    CHECK(meeting(0.004, true, 0, 0.081, &kept_clear) == Meeting::likely);
-    CHECK(kept_clear);
-    CHECK(meeting(0.006, false, 0, 0.119, &kept_clear) == Meeting::far);
-    CHECK(kept_clear);
-    CHECK(meeting(0.006, false, 0, 0.121, &kept_clear) == Meeting::far);
-    CHECK_FALSE(kept_clear);
+    for (const bool drifts : {true, false}) {
+        CAPTURE(drifts);
+        // Others hardly give more than kUsualShove: 1 mm in a step, and the slack beyond it.
+        CHECK(meet({0.00105, 0, 0, 0}, drifts).likely);
+        CHECK_FALSE(meet({0.00115, 0, 0, 0}, drifts).likely);
+        // 4 mm take 78 mm/s, by what it does or means to do.
+        CHECK(meet({0.004, 0.07, 0, 0}, drifts).likely);
+        CHECK(meet({0.004, 0, 0.07, 0}, drifts).likely);
+        CHECK_FALSE(meet({0.004, 0.05, 0.05, 0}, drifts).likely);
+        CHECK_FALSE(meet({0.004, -0.07, -0.07, 0}, drifts).likely);
+
+        // What was not likely is looked at after the step.
+        CHECK_FALSE(meet({0.004, 0, 0, 0.079}, drifts).likely);
+        CHECK(meet({0.004, 0, 0, 0.079}, drifts).kept_clear);
+        CHECK_FALSE(meet({0.004, 0, 0, 0.081}, drifts).kept_clear);
+        // A bumper makes up for a little.
+        CHECK(meet({0.004, 0, 0, 0.084, false, 0.006}, drifts).kept_clear);
+        CHECK_FALSE(meet({0.004, 0, 0, 0.086, false, 0.006}, drifts).kept_clear);
+
+        CHECK(meet({0.004, 0, 0, 0.081, true}, drifts).likely);
+        CHECK(meet({0.004, 0, 0, 0.081, true}, drifts).kept_clear);
+    }
 }
