@@ -18,6 +18,7 @@ from benchmarks import (
     validation_convergence,
     validation_distribution,
     validation_invariants,
+    validation_ramming,
     validation_sensors,
 )
 from benchmarks.validation_scenes import Section, Settings, save, wrapped
@@ -30,6 +31,7 @@ SECTIONS: dict[str, Callable[[Settings], Section]] = {
     "convergence": validation_convergence.section,
     "distribution": validation_distribution.section,
     "invariants": validation_invariants.section,
+    "ramming": validation_ramming.section,
     "sensors": validation_sensors.section,
 }
 """Parts of the page, in its order."""

@@ -243,9 +243,9 @@ struct World::Impl {
 
     // ---- the step ----
     //
-    // A step rests on assumptions: what stands goes on standing, friction acts as it is expected to, what is not likely
-    // to meet does not, and speeds change little. solve() checks them after the step; where one did not come true, the
-    // step is taken back and laid out anew with what it showed, or cut.
+    // It rests on what is checked after it: what stands goes on standing, what is not likely to meet does not, speeds
+    // change little, and friction that ODE solved for is Coulomb's. Where something did not come true, the step is
+    // taken back, and tried with what it showed, or shorter.
 
     // Of any body's points [m/s].
     double fastest_motion() const {
@@ -275,60 +275,78 @@ struct World::Impl {
         note_extremes();
     }
 
+    // How a step is tried.
+    struct Attempt {
+        double time_step;       // [s]
+        bool is_new = true;     // of this length
+        int tries = 0;          // of this length
+        bool cautious = false;  // all that is near is likely to meet
+        bool by_ode = false;    // it was solved so
+        bool soft = false;      // ODE's contacts give a little
+        int stalls = 0;         // of ODE's solver with soft contacts
+        bool given_up = false;  // it stalled at all lengths
+
+        void cut(double share) {
+            time_step *= share;
+            is_new = true;
+            tries = 0;
+        }
+    };
+
     // Takes a step of this length [s], or a shorter one where it must. Returns how long it was.
     double solve(double time_step) {
         note_states();
-        bool cautious = false, soft = false;
-        int tries = 0, halvings = 0;
-        const auto again = [&](double new_step) {
-            for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
-            if (new_step != time_step) expect(), tries = 0;
-            time_step = new_step;
-        };
-        expect();
-        bool by_ode = false;
+        Attempt attempt{time_step};
         for (;;) {
-            lay_out(time_step, cautious);
-            unsigned warnings = 0;
-            by_ode = false;
-            if (!nothing_to_solve()) {
-                by_ode = !is_level || soft || !give_way(time_step);
-                if (by_ode) warnings = step_by_ode(time_step, soft);
-            }
-            if (warnings > 0) {
-                // Where rows of the contact problem tie, ODE's solver may stall and drop the rest of them ("LCP
-                // internal error"): robots would sink into the floor. Then softer contacts, no two alike, then a
-                // shorter step.
-                messages += warnings;
-                if (soft && halvings == kDeepestHalving) {
-                    ++unsolved;
-                    break;
-                }
-                halvings += soft;
-                again(soft ? time_step / 2 : time_step);
-                soft = !soft;
-                continue;
-            }
-            const bool kept_clear = average.kept_clear();
-            cautious |= !kept_clear;
-            // Far too long a step is cut before its guesses are mended.
-            const bool stands = fits(by_ode) && kept_clear;
-            const double shorter = time_step * shortening(time_step);
-            if (shorter < time_step && (stands || shorter <= time_step / 4)) {
-                again(shorter);
-            } else if (!stands && ++tries < kMostTries) {
-                again(time_step);
-            } else {
-                break;
-            }
+            if (attempt.is_new) expect();
+            attempt.is_new = false;
+            if (take(attempt) && holds(attempt)) break;
+            for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
         }
-        finish(time_step, by_ode);
-        return time_step;
+        finish(attempt.time_step, attempt.by_ode);
+        return attempt.time_step;
     }
 
     void note_states() {
         before.clear();
         for (const dBodyID body : bodies) before.push_back(state_of(body));
+    }
+
+    // False where ODE's solver stalled: where rows of its contact problem tie, it may drop the rest of them ("LCP
+    // internal error"), and robots would sink into the floor. Then softer contacts, no two alike, then a shorter step.
+    bool take(Attempt& attempt) {
+        lay_out(attempt.time_step, attempt.cautious);
+        attempt.by_ode = false;
+        if (nothing_to_solve()) return true;
+        attempt.by_ode = !is_level || attempt.soft || !give_way(attempt.time_step);
+        if (!attempt.by_ode) return true;
+        const unsigned warnings = step_by_ode(attempt.time_step, attempt.soft);
+        messages += warnings;
+        if (warnings == 0) return true;
+        if (attempt.soft && attempt.stalls == kDeepestHalving) {
+            ++unsolved;
+            return attempt.given_up = true;
+        }
+        if (attempt.soft) {
+            ++attempt.stalls;
+            attempt.cut(0.5);
+        }
+        attempt.soft = !attempt.soft;
+        return false;
+    }
+
+    // Did it come out as it was laid out?
+    bool holds(Attempt& attempt) {
+        if (attempt.given_up) return true;
+        const bool kept_clear = average.kept_clear(), fitted = fits(attempt.by_ode) && kept_clear;
+        attempt.cautious |= !kept_clear;
+        const double share = shortening(attempt.time_step);
+        // Far too long a step is cut before anything else is mended.
+        if (share <= kFarTooLong || (share < 1 && fitted)) {
+            attempt.cut(share);
+            return false;
+        }
+        return fitted || ++attempt.tries == kMostTries;
     }
 
     bool fits(bool by_ode) {

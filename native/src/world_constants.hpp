@@ -12,6 +12,8 @@ namespace swarmevo {
 constexpr double kWayError = 3e-4;
 // The same where nothing gives way: a rigid blow moves the box by 0.2 mm in all, and is to be right within a tenth.
 constexpr double kRigidWayError = 2e-6;
+// Share to which a step is cut at once, whatever else is wrong with it.
+constexpr double kFarTooLong = 0.25;
 // No step is cut below this [s].
 constexpr double kShortestStep = 1e-4;
 // Farthest that a body that was thrown moves in one step [m], since contacts are those of its beginning.
