@@ -34,10 +34,14 @@ def changed(config: Config, **sections: dict[str, Any]) -> Config:
     )
 
 
+DEEPEST_OVERLAP = 1.0
+"""Of bodies, beyond their bumpers' travel, in a simulation that counts [mm]."""
+
+
 def sound(episodes: Episodes) -> Episodes:
     """Return the episodes if physics held in all of them: a fast simulation of something else would prove nothing."""
     deepest, unsolved = 1000 * episodes.max_penetration.max(), int(episodes.unsolved_steps.sum())
-    if episodes.status.any() or unsolved or deepest > 1.0:
+    if episodes.status.any() or unsolved or deepest > DEEPEST_OVERLAP:
         raise RuntimeError(f"expected sound episodes, got {unsolved} unsolved steps and overlaps of {deepest:.2f} mm")
     return episodes
 

@@ -40,13 +40,17 @@ from benchmarks.speed import Planar, Prepared, Trial
 def test_the_largest_valid_step_is_the_last_before_the_way_of_the_box_is_off(
     ways: dict[float, float], largest: float
 ) -> None:
-    assert speed.valid_steps(ways)[-1] == largest
+    assert speed.valid_steps({step: Trial(way, 0.1) for step, way in ways.items()})[-1] == largest
+
+
+def test_a_step_at_which_bodies_overlap_deeper_than_ours_may_is_not_valid() -> None:
+    assert speed.valid_steps({0.001: Trial(1.0, 0.2), 0.002: Trial(1.0, 1.0), 0.005: Trial(1.0, 1.1)})[-1] == 0.002
 
 
 @pytest.mark.parametrize("way", [0.0, float("nan")])
 def test_a_box_that_does_not_move_makes_no_step_valid(way: float) -> None:
     with pytest.raises(ValueError, match="expected a box that is pushed at the step"):
-        speed.valid_steps({0.001: way, 0.002: way})
+        speed.valid_steps({0.001: Trial(way, 0.1), 0.002: Trial(way, 0.1)})
 
 
 def test_the_steps_divide_the_control_period() -> None:
