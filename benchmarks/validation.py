@@ -18,6 +18,7 @@ from benchmarks import (
     validation_convergence,
     validation_distribution,
     validation_invariants,
+    validation_meetings,
     validation_ramming,
     validation_sensors,
 )
@@ -29,6 +30,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
 SECTIONS: dict[str, Callable[[Settings], Section]] = {
     "calibration": validation_calibration.section,
     "convergence": validation_convergence.section,
+    "meetings": validation_meetings.section,
     "distribution": validation_distribution.section,
     "invariants": validation_invariants.section,
     "ramming": validation_ramming.section,
@@ -43,12 +45,16 @@ HEAD = """\
 
 What the physics and the sensors are worth, in numbers. Every figure on this page is measured by one command,
 `make validation`; a shortened version of every check runs in the tests (`tests/test_validation.py`, and natively
-`native/tests/test_sensors.cpp` and `test_world.cpp`).
+`native/tests/test_sensors.cpp` and `test_world*.cpp`).
 
-Two models of the robot are compared. `physics.drive: driven_contacts`, the default, is one rigid body whose wheels are
-contacts with a moving surface. `physics.drive: articulated`, the reference, is a chassis and two wheel bodies on hinges
-with torque-limited motors; it is true at small time steps only. Scene, sensors and controllers are the same, and every
-command runs on either:
+The physics is held against an independent reference, `native/reference/planar.cpp`: robots, box and walls in the plane,
+springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither code nor method with the library.
+
+Within the library there are two models of the robot. `physics.drive: driven_contacts`, the default, is one rigid body
+whose wheels are contacts with a moving surface. `physics.drive: articulated` is a chassis and two wheel bodies on
+hinges with torque-limited motors; it is true at small time steps only. Both share the box, the sides of the bodies and
+their friction, so comparing the two is a test of the drive, not of the physics. Scene, sensors and controllers are the
+same, and every command runs on either:
 
 ```console
 swarmevo evolve paper --set physics.drive=articulated --set physics.time_step=0.005

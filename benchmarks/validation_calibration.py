@@ -143,7 +143,7 @@ def even_feet(along: int = 56, across: int = 36) -> FloatArray:
     """Return feet all over the floor below the box ``(n, 2)`` [m]: with enough of them it presses evenly."""
     length, width, _ = Config().box.size
     x, y = ((np.arange(n) + 0.5) / n - 0.5 for n in (along, across))
-    return np.stack(np.meshgrid(length * x, width * y), axis=-1).reshape(-1, 2)
+    return np.array([(length * a, width * b) for a in x for b in y])
 
 
 def holding_friction(feet: FloatArray, load: FloatArray) -> float:
@@ -155,10 +155,10 @@ def holding_friction(feet: FloatArray, load: FloatArray) -> float:
     """
     reach = np.hypot(*feet.T).max()
 
-    def gained(turning: FloatArray, direction: FloatArray) -> FloatArray:
+    def gained(turning: FloatArray, direction: FloatArray) -> FloatArray:  # by each motion, for a unit of friction
         x, y, spin = np.cos(turning) * np.cos(direction), np.cos(turning) * np.sin(direction), np.sin(turning) / reach
         slips = np.hypot(x[..., None] - spin[..., None] * feet[:, 1], y[..., None] + spin[..., None] * feet[:, 0])
-        return np.asarray((load[0] * x + load[1] * y + load[2] * spin) / slips.mean(axis=-1))
+        return np.asarray((load[0] * x + load[1] * y + load[2] * spin) / slips.mean(axis=-1), dtype=np.float64)
 
     best, span, found = np.zeros(2), np.array([np.pi / 2, np.pi]), 0.0
     for points, narrower in [(41, 0.1), *[(13, 0.6)] * 30]:
@@ -188,7 +188,7 @@ class Place(NamedTuple):
         spacing = 2 * Config().robot.radius + 0.0005
         room = (length if self.face == "long" else width) / 2 - spacing * (self.robots - 1) / 2
         middle = room if self.where == "end" else 0.0
-        return middle + spacing * (np.arange(self.robots) - (self.robots - 1) / 2)
+        return np.asarray(middle + spacing * (np.arange(self.robots) - (self.robots - 1) / 2), dtype=np.float64)
 
     def poses(self) -> list[Pose]:
         """Return where they start, around a box in the arena's middle."""
@@ -381,7 +381,7 @@ short for five: the outer two push at its corners.)
 def _default_table(ways: dict[Push, float]) -> str:
     combinations = dict.fromkeys((push.drive, push.time_step) for push in ways)
     rows = [
-        [drive, f"{step * 1000:g}", *(f"{millimetres(ways[p]):.2f}" for p in ways if (p.drive, p.time_step) == of)]
+        [drive, f"{step * 1000:g}", *(_fixed(millimetres(ways[p]), 2) for p in ways if (p.drive, p.time_step) == of)]
         for of in combinations
         for drive, step in [of]
     ]
@@ -413,10 +413,9 @@ def _window_table(windows: list[Window], ratio: float) -> str:
     least = min(min(found.margins(ratio)) for found in windows)
     head = ["drive", "time step [ms]", *(f"{place} move it below" for place in TWO)]
     head += ["three push it to the wall up to", "margin below", "margin above"]
-    return f"""The window of `mu_box / mu_wheel` in which two robots nowhere move the box and three in the middle push it
-to the wall, found by bisection to 0.001, and the default's distance from its ends. The two press the box without a
-blow: they creep up to it at {100 * _GENTLE:g} % of full speed, at which wheels that slip push as hard as at any. (What
-two can do with blows is the subject of the part on ramming.)
+    return f"""The window of `mu_box / mu_wheel` in which two robots nowhere move the box and three in the middle push
+it to the wall, found by bisection to 0.001, and the default's distance from its ends. The two press the box without a
+blow: they creep up to it at {100 * _GENTLE:g} % of full speed, at which wheels that slip push as hard as at any.
 
 {table(head, rows)}
 Common to all: {low:.3f} to {high:.3f}. The default {ratio:g} keeps {100 * least:.1f} % from either end at every time
@@ -450,10 +449,10 @@ def _curve_table(settings: Settings) -> str:
     head = ["robots that press", "limit curve", *(f"{name}, {step * 1000:g} ms" for name, step in columns)]
     head.append("limit curve, even pressure")
     two, three = (even[place] for place in (Place(2, "long", "end"), Place(3, "long", "middle")))
-    return f"""The same from theory: a box stands as long as no motion gains more work from the pushes than its feet take
-by friction, which is the limit curve of its four corners. It is minimised here by brute force over all centres of
-rotation. `mu_box / mu_wheel` below which robots that stand side by side move the box, the outermost before the very end
-of the face if they are at one:
+    return f"""The same from theory: a box stands as long as no motion gains more work from the pushes than its feet
+take by friction. This limit curve of its four corners is minimised here by brute force over all centres of rotation.
+Ratio of frictions below which robots that stand side by side move the box, the outermost before the very end of the
+face if they are at one:
 
 {table(head, rows)}
 Measured thresholds are within {100 * worst:.2f} % of the limit curve's (asked: {100 * CURVE_ERROR:g} %:
@@ -470,7 +469,7 @@ def _slant_table(settings: Settings) -> str:
     teams = (2, 3)
     tasks = [(n, float(np.radians(slant)), of) for slant in SLANTS for n in teams for of in columns]
     ways = iter(in_parallel(lambda task: slanted_way(*task), tasks, settings.threads))
-    rows = [[f"{slant:g}", *(f"{millimetres(next(ways)):.1f}" for _ in teams for _ in columns)] for slant in SLANTS]
+    rows = [[f"{slant:g}", *(_fixed(millimetres(next(ways)), 1) for _ in teams for _ in columns)] for slant in SLANTS]
     head = ["slant [deg]", *(f"n = {n}, {name}, {step * 1000:g} ms" for n in teams for name, step in columns)]
     two = [float(row[1 + i]) for row in rows[1:] for i in range(len(columns))]
     return f"""Robots that look past the normal of the face, the outer ones towards the middle. Way of the box [mm] in
@@ -518,7 +517,7 @@ def _corner_table(settings: Settings) -> str:
     for i, name in enumerate(scenes):
         row: list[object] = [name]
         for moved, turned in results[len(columns) * i : len(columns) * (i + 1)]:
-            row += [f"{millimetres(moved):.1f}", f"{np.degrees(turned):.1f}"]
+            row += [_fixed(millimetres(moved), 1), _fixed(float(np.degrees(turned)), 1)]
         rows.append(row)
     head = ["robots"]
     for name, step in columns:
@@ -528,8 +527,14 @@ def _corner_table(settings: Settings) -> str:
 {MINUTE:g} s:
 
 {table(head, rows)}
-None of them moves it by {millimetres(STILL):g} mm: **{_yes(stays)}**.
+None of them moves it by {millimetres(STILL):g} mm: **{_yes(stays)}**. What two at one end of a long face gain is the
+blow of their arrival, {millimetres(_CLOSE):g} mm away: there they are but a few percent short of moving the box.
 """
+
+
+def _fixed(number: float, digits: int) -> str:
+    """Return a number of so many digits, without the sign of a negative zero."""
+    return f"{round(number, digits) + 0.0:.{digits}f}"
 
 
 def _yes(fact: bool) -> str:

@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmarks import reference
-from benchmarks.validation_meetings import reference_poses, simulated_poses
+from benchmarks.validation_meetings import REFERENCE_STEP, reference_poses, simulated_poses
 from benchmarks.validation_scenes import (
     DRIVES,
     NORTH,
@@ -412,7 +412,7 @@ def _slantwise(settings: Settings) -> str:
     ends[:, 2] = np.degrees(ends[:, 2])
     rows = [
         [name, f"{step * 1000:g}", *(f"{value:.1f}" for value in end)]
-        for (name, step), end in zip([("independent reference", 1e-5), *columns], ends, strict=True)
+        for (name, step), end in zip([("independent reference", REFERENCE_STEP), *columns], ends, strict=True)
     ]
     return f"""A robot that drives into a wall at a slant slides along it, while friction with the wall turns it to face
 the wall and its wheels slip. After {case.duration:g} s:

@@ -25,7 +25,7 @@ from swarmevo.protocols import FeedForward, FloatArray
 from swarmevo.simulator import Episodes, Scene, simulate
 
 DEEPEST = 0.001
-"""Overlap that nothing may exceed [m]."""
+"""Overlap that nothing may exceed, beyond the travel of bumpers [m]."""
 FALLEN = 0.5
 """Cosine of the tilt below which a body has fallen over."""
 MOST_MESSAGES = 10
@@ -257,8 +257,8 @@ in the middle.
 
 {table(head, rows)}
 - No state that is not a number, no error of ODE: **{_yes(not any(stress.failed for stress in found))}**.
-- Overlaps below {millimetres(DEEPEST):g} mm: **{_yes(deepest <= DEEPEST)}**; the deepest of any two bodies, walls or
-floor is {millimetres(deepest):.2f} mm, {beyond} of {total} episodes go beyond.
+- Overlaps below {millimetres(DEEPEST):g} mm, beyond what bumpers may be pressed in: **{_yes(deepest <= DEEPEST)}**; the
+deepest of any two bodies, walls or floor is {millimetres(deepest):.2f} mm, {beyond} of {total} episodes go beyond.
 - Robots that fell over: {fallen}. The default drive keeps bodies level, and refuses robots that would tip; with the
 articulated one they may fall: not an error, but an outcome (`min_upright`).
 - ODE messages per million steps: {rate:.2f} (limit {MOST_MESSAGES}: **{_yes(rate < MOST_MESSAGES)}**). Each makes the

@@ -103,8 +103,9 @@ class Robot(Section):
     """[N/m]. At 100 a robot that pushes with all its traction, 0.52 N, presses its bumper in by 5.2 mm."""
     bumper_damping: float = Field(default=4.5, ge=0, le=1e5)
     """[N s/m]. At 4.5 a blow at top speed has about the lowest peak force (docs/validation.md)."""
-    bumper_travel: float = Field(default=0.006, ge=0.0001, le=1)
-    """From the rim, which is the body's radius, inwards to a rigid stop [m]."""
+    bumper_travel: float = Field(default=0.012, ge=0.0001, le=1)
+    """From the rim, which is the body's radius, inwards to a rigid stop [m]. Two robots in a row press the front one's
+    bumper in by 10.5 mm; on its stop blows are rigid again."""
 
 
 class Team(Section):

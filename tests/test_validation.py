@@ -22,8 +22,10 @@ from benchmarks import validation_calibration as calibration
 from benchmarks import validation_convergence as convergence
 from benchmarks import validation_distribution as distribution
 from benchmarks import validation_invariants as invariants
+from benchmarks import validation_meetings as meetings
+from benchmarks import validation_ramming as ramming
 from benchmarks import validation_sensors as sensors
-from benchmarks.validation_calibration import Push
+from benchmarks.validation_calibration import Place, Push
 from benchmarks.validation_scenes import (
     DRIVES,
     Drive,
@@ -60,6 +62,8 @@ def test_one_and_two_robots_do_not_move_the_box_and_more_push_it_to_the_wall(nam
 def test_the_default_friction_keeps_a_margin_on_both_sides(name: Drive, step: float) -> None:
     ratio, margin = calibration.default_ratio(), calibration.MARGIN
     assert calibration.is_still(Push(2, ratio * (1 - margin), name, step))
+    for place in calibration.TWO:
+        assert not place.gives_way(ratio * (1 - margin), (name, step))
     assert calibration.is_at_wall(Push(3, ratio * (1 + margin), name, step))
 
 
@@ -69,10 +73,47 @@ def test_two_robots_at_a_slant_do_not_move_the_box(name: Drive, step: float) -> 
 
 
 def test_the_window_is_found() -> None:
-    found = calibration.window(("driven_contacts", DEFAULT_STEP), precision=0.02)
-    assert found.low < 0.53
-    assert found.high > 0.64
+    found = calibration.window(("driven_contacts", DEFAULT_STEP), precision=0.005)
+    assert found.lows == pytest.approx([place.threshold(calibration.corners()) for place in calibration.TWO], rel=0.01)
+    assert found.low == found.lows[1]
+    assert found.high == pytest.approx(calibration.balance(3), rel=0.01)
     assert found.margins(found.low) == (0, found.high / found.low - 1)
+    assert min(found.margins(calibration.default_ratio())) > calibration.MARGIN
+
+
+def test_feet_hold_a_force_by_friction_and_a_torque_by_friction_at_their_distance() -> None:
+    feet = calibration.corners()
+    assert calibration.holding_friction(feet, np.array([0.3, 0.4, 0.0])) == pytest.approx(0.5, rel=1e-6)
+    lever = float(np.hypot(*feet[0]))
+    assert calibration.holding_friction(feet, np.array([0.0, 0.0, -0.2])) == pytest.approx(0.2 / lever, rel=1e-6)
+
+
+def test_no_turn_gains_more_than_the_friction_that_holds() -> None:
+    place, feet = Place(2, "long", "end"), calibration.corners()
+    force, torque = 2 * convergence.traction(), float(place.along().sum()) * convergence.traction()
+    centres = np.random.default_rng(1).normal(scale=0.3, size=(20_000, 2))
+    gained = np.abs(torque - centres[:, 0] * force)
+    taken = np.linalg.norm(feet - centres[:, np.newaxis], axis=2).mean(axis=1)
+    needed = calibration.holding_friction(feet, np.array([0.0, force, torque]))
+    assert 0.99 * needed < (gained / taken).max() < needed * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("place", calibration.PLACES, ids=str)
+def test_robots_that_press_move_the_box_where_its_limit_curve_says_so(place: Place) -> None:
+    found = place.measured(("driven_contacts", DEFAULT_STEP))
+    assert found == pytest.approx(place.threshold(calibration.corners()), rel=calibration.CURVE_ERROR)
+
+
+def test_the_articulated_drive_finds_the_limit_curve_as_well() -> None:
+    place = Place(2, "long", "end")
+    found = place.measured(("articulated", 0.01), precision=0.002)
+    assert found == pytest.approx(place.threshold(calibration.corners()), rel=calibration.CURVE_ERROR)
+
+
+def test_a_box_of_even_pressure_has_no_window() -> None:
+    feet = calibration.even_feet()
+    assert Place(3, "long", "middle").threshold(feet) == pytest.approx(calibration.balance(3), rel=1e-3)
+    assert Place(2, "long", "end").threshold(feet) == pytest.approx(0.74, abs=0.005)
 
 
 def test_one_robot_at_a_corner_does_not_move_the_box() -> None:
@@ -96,25 +137,87 @@ def differences() -> convergence.Differences:
 @pytest.mark.parametrize("case", convergence.CASES, ids=lambda case: case.name)
 def test_the_default_drive_keeps_to_the_limits(case: convergence.Case, differences: convergence.Differences) -> None:
     for step in (0.01, DEFAULT_STEP):
-        found = differences[case.name, "driven_contacts", step]
-        # A robot that slides along a wall turns to face it a little late at large steps.
-        assert (
-            found.share < convergence.LARGEST_WAY_ERROR
-            if case.name == convergence.SLIDING
-            else found.is_within_limits()
-        )
-        assert found.angle < 3 * convergence.LARGEST_TURN_ERROR
+        assert differences[case.name, "driven_contacts", step].is_within_limits()
 
 
-@pytest.mark.parametrize("case", convergence.CASES, ids=lambda case: case.name)
-def test_the_reference_keeps_to_the_formulas(case: convergence.Case, differences: convergence.Differences) -> None:
+@pytest.mark.parametrize("case", [c for c in convergence.CASES if not c.meets], ids=lambda case: case.name)
+def test_the_articulated_drive_keeps_to_the_formulas(
+    case: convergence.Case, differences: convergence.Differences
+) -> None:
     assert differences[case.name, *convergence.REFERENCE].is_within_limits()
+
+
+def test_bumpers_at_a_wall_are_pressed_by_traction_over_stiffness() -> None:
+    for figures in convergence.figures_with_formulas():
+        if "bumper" in figures.name:
+            (case,) = (case for case in convergence.CASES if case.name == figures.case)
+            assert figures.read(case.run(("driven_contacts", DEFAULT_STEP))) == pytest.approx(figures.formula, rel=0.01)
 
 
 def test_circles_have_the_formulas_radius() -> None:
     (arc,) = (case for case in convergence.CASES if case.name == "arc")
     radius = convergence.measured_radius(arc.run(("driven_contacts", DEFAULT_STEP)))
     assert radius == pytest.approx(convergence.arc_radius(*convergence.ARC), rel=1e-3)
+
+
+# ---- where bodies meet -----------------------------------------------------------------------------------------------
+
+
+BEYOND = (
+    "three push, one slantwise at a corner",
+    "into each other's side, 2 s",
+    "a slower one from behind, 10 mm off",
+    "two ram an end of the face from 45.5 mm",
+)
+"""Cases that the default time step is known to miss; docs/validation.md says by how much."""
+
+
+@pytest.fixture(scope="module")
+def compared() -> dict[str, meetings.Compared]:
+    steps: dict[Drive, tuple[float, ...]] = {"driven_contacts": (0.005, DEFAULT_STEP), "articulated": (0.005,)}
+    return {found.case.name: found for found in meetings.compare(Settings(threads=1), steps)}
+
+
+@pytest.mark.parametrize("case", meetings.CASES, ids=lambda case: case.name)
+def test_bodies_that_meet_do_as_in_the_independent_reference(
+    case: meetings.Case, compared: dict[str, meetings.Compared], request: pytest.FixtureRequest
+) -> None:
+    assert compared[case.name].differences["driven_contacts", 0.005].keeps(case)
+    if case.name in BEYOND:
+        request.applymarker(pytest.mark.xfail(strict=True, reason="docs/validation.md, Where bodies meet"))
+    assert meetings.default_difference(compared[case.name]).keeps(case)
+
+
+def test_rows_are_pushed_by_the_articulated_drive_as_in_the_reference_that_shifts_loads(
+    compared: dict[str, meetings.Compared],
+) -> None:
+    for case in meetings.ROWS:
+        assert compared[case.name].differences[meetings.SHIFTING].keeps(case)
+
+
+def test_the_shift_of_loads_explains_the_difference_between_the_drives() -> None:
+    turned = meetings.turned_by_rows(Settings(threads=1))
+    assert turned.is_explained()
+    assert not turned._replace(shifting=turned.reference).is_explained()
+    assert turned.apart()["default"] < np.radians(0.2)
+
+
+def test_a_robot_that_pitches_rams_more_softly() -> None:
+    found = meetings.blow(Settings(threads=1))
+    assert found.articulated < found.on_casters / 3
+    assert found.default == pytest.approx(found.reference, rel=0.1)
+    assert found.on_casters == pytest.approx(found.reference, rel=0.2)
+
+
+def test_the_reference_follows_the_config() -> None:
+    case = meetings.CASES[0]
+    usual = meetings.reference_poses(case.config(), case.commands)
+    for other in (
+        changed(case.config(), physics={"box_friction": 0.5}),
+        changed(case.config(), robot={"bumper": "rigid"}),
+        changed(case.config(), box={"velocity": (0.1, 0.0, 0.0)}),
+    ):
+        assert np.abs(meetings.reference_poses(other, case.commands) - usual).max() > 1e-4
 
 
 # ---- distributions ---------------------------------------------------------------------------------------------------
@@ -126,15 +229,25 @@ def test_kolmogorov_smirnov_distance() -> None:
     assert ks_distance([1, 2, 3, 4], [1, 2, 3, 5]) == pytest.approx(0.25)
 
 
-def test_time_steps_and_drives_agree_in_distribution(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(distribution, "HORIZON", 10.0)
+def test_time_steps_and_drives_agree_in_distribution() -> None:
     settings = Settings(pairs=60, threads=1)
     default = distribution.run(distribution.Model("driven_contacts", DEFAULT_STEP), settings)
-    for model in (distribution.Model("driven_contacts", 0.02), distribution.Model("articulated", 0.02)):
-        found = distribution.distances(default, distribution.run(model, settings))
-        assert set(found) == set(distribution.QUANTITIES)
-        assert max(found.values()) < distribution.critical_distance(settings.pairs)
+    assert default.moved() >= 1 - distribution.MOST_STILL
     assert np.ptp(default.f1) > 0
+    for model in (distribution.Model("driven_contacts", 0.02), distribution.Model("articulated", 0.02)):
+        found = distribution.run(model, settings)
+        assert set(distribution.distances(default, found)) == set(distribution.QUANTITIES)
+        assert distribution.are_alike(default, found)
+    assert not distribution.are_alike(default, default._replace(f1=default.f1 + 10))
+    assert not distribution.are_alike(default, default._replace(way=default.way / 2))
+
+
+def test_teams_that_start_at_the_box_are_judged_by_themselves() -> None:
+    default = distribution.run(distribution.Model("driven_contacts", DEFAULT_STEP), Settings(pairs=60, threads=1))
+    roaming, *pushing = distribution.counts(60)
+    assert len(default.that_push().f1) == sum(pushing) == 60 - roaming
+    assert default.that_push().moved() > 0.75
+    assert [len(kind.f1) for kind in default.by_kind()] == distribution.counts(60)
 
 
 # ---- invariants ------------------------------------------------------------------------------------------------------
@@ -197,6 +310,89 @@ def test_a_mirror_image_is_another_episode() -> None:
     networks = random_networks(1, seed=0)
     swapped = invariants.with_swapped_wheels(networks)
     np.testing.assert_array_equal(swapped.hidden_output[:, 0], networks.hidden_output[:, 1])
+
+
+# ---- fewer than three ------------------------------------------------------------------------------------------------
+
+
+def is_still(outcome: ramming.Moved) -> bool:
+    return outcome.reach < ramming.STILL
+
+
+def test_one_robot_does_not_move_the_box_by_ramming_or_turning() -> None:
+    for strategy in (*ramming.rammings_of_one()[::5], *ramming.wriggles_of_one()[::9]):
+        assert is_still(ramming.outcome(strategy, horizon=60.0)), ramming.described(strategy)
+        assert is_still(ramming.outcome(strategy, horizon=20.0, noise=True)), ramming.described(strategy)
+
+
+@pytest.mark.parametrize("stand", [ramming.abreast, ramming.in_a_row])
+def test_two_robots_do_not_move_the_box_by_ramming_the_middle_of_a_face(stand: ramming.Stand) -> None:
+    for strategy in (*ramming.rammings_of_two(stand)[::8], *ramming.wriggles_of_two(stand)[::8]):
+        assert is_still(ramming.outcome_in_lane(strategy, horizon=40.0)), ramming.described(strategy)
+
+
+def test_a_bumper_that_two_in_a_row_press_in_all_the_way_is_a_rigid_one() -> None:
+    south, *_ = ramming.faces()
+    strategy = ramming.Strategy(ramming.in_a_row(south), (ramming.ram((0.3, 0.67)), ramming.ram((0.3, 0.67), 0.25)))
+    pressed = 2 * ramming.traction() / ramming.default_bumper().stiffness
+    for travel, moves in ((0.6 * pressed, True), (1.1 * pressed, False)):
+        bumper = ramming.default_bumper()._replace(travel=travel)
+        assert is_still(ramming.outcome_in_lane(strategy, 60.0, bumper)) != moves
+
+
+def test_random_networks_of_one_robot_do_not_move_the_box() -> None:
+    for at_box in (False, True):
+        assert all(map(is_still, ramming.networks(1, 10, at_box, horizon=60.0)))
+
+
+@pytest.mark.parametrize("team", [ramming.ONE, ramming.ABREAST, ramming.ROW])
+def test_a_search_finds_no_way_to_move_the_box(team: str) -> None:
+    moved, strategy = ramming.hunt(ramming.hunts()[team][0], budget=80, seed=0, horizon=20.0)
+    assert is_still(moved), ramming.described(strategy)
+
+
+def test_a_search_finds_what_moves_the_box() -> None:
+    """With rigid bumpers one robot does; else the search would prove nothing."""
+    rigid = ramming.default_bumper()._replace(kind="rigid")
+    able = ramming.hunts()[ramming.ONE][0]._replace(judge=lambda s, horizon: ramming.outcome(s, horizon, bumper=rigid))
+    moved, _ = ramming.hunt(able, budget=100, seed=2, horizon=30.0)
+    assert not is_still(moved)
+
+
+def test_two_robots_in_step_at_one_end_of_a_face_move_it_as_in_the_reference() -> None:
+    """What docs/validation.md admits."""
+    south, east, *_ = ramming.faces()
+    strategy = ramming.Strategy(ramming.at_end(south), (ramming.FULL,) * 2)
+    ours = ramming.outcome(strategy, horizon=2.0)
+    reference = ramming.moved(ramming.track_in_reference(strategy, horizon=2.0))
+    assert 0.002 < ours.way == pytest.approx(reference.way, rel=0.1)
+    assert np.radians(0.5) < ours.turn == pytest.approx(reference.turn, rel=0.1)
+    assert is_still(ramming.blow(lambda gap: ramming.at_end(east, gap), ramming.default_bumper()))
+
+
+def test_a_rigid_blow_moves_the_box_as_momentum_has_it() -> None:
+    rigid = ramming.default_bumper()._replace(kind="rigid")
+    south, *_ = ramming.faces()
+    moved = ramming.blow(lambda gap: (south.pose(0.0, gap),), rigid)
+    assert moved.way == pytest.approx(ramming.rigid_way(), rel=0.05)
+    assert moved.turn < 1e-6
+
+
+def test_the_tail_does_what_the_nose_does() -> None:
+    pose = ramming.faces()[0].pose(0.05, 0.02)
+    nose = ramming.Strategy((pose,), (ramming.ram((1.0, 0.5)),))
+    time = ramming.instants(3.0)
+    np.testing.assert_allclose(ramming.with_tail(nose).commands(time), -nose.commands(time))
+    assert np.cos(ramming.with_tail(nose).poses[0][2] - pose[2]) == pytest.approx(-1)
+
+
+def test_a_strategy_is_described_by_all_its_numbers() -> None:
+    drive = ramming.Drive(ramming.Wave(0.1, 0.5, 0.3, 0.25, 0.4), ramming.Wave(0.2))
+    text = ramming.described(ramming.Strategy(((0.1, -0.2, 0.3),), (drive,)))
+    assert (
+        text
+        == "from (0.1, -0.2, 0.3) ahead 0.6 for 0.4 of a period of 0.3 s, else -0.4, from 0.25 of it on, turning 0.2"
+    )
 
 
 # ---- sensors ---------------------------------------------------------------------------------------------------------

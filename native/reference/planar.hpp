@@ -46,7 +46,7 @@ struct Parameters {
     bool sprung = true;               // whether robots wear a bumper; if not, all their contacts are rigid
     double bumper_stiffness = 100.0;  // N/m
     double bumper_damping = 4.5;      // N s/m
-    double bumper_travel = 0.006;     // m, from the rim at robot_radius inwards to a rigid stop
+    double bumper_travel = 0.012;     // m, from the rim at robot_radius inwards to a rigid stop
 };
 
 // A number of Parameters by its name, so that other languages need no copy of the struct.

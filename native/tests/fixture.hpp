@@ -23,7 +23,7 @@ struct Fixture {
         config.box = {{0.275, 0.18, 0.03}, 0.24, {0, 0.345, 0}, {0, 0, 0}};
         config.emitter = {{0, 0.345, 0.03}, 0.3, {1, 50}, SWE_REACH_RANGE};
         config.robot = {0.035, 0.05, 0.08,   0.015, 0.0205, 0.053, 6.28,
-                        0.02,  0.03, 0.0005, 100,   4.5,    0.006, SWE_BUMPER_SPRUNG};
+                        0.02,  0.03, 0.0005, 100,   4.5,    0.012, SWE_BUMPER_SPRUNG};
         config.team.robots = static_cast<std::uint32_t>(poses.size() / 3);
         config.team.start = SWE_START_POSES;
         config.team.start_poses = poses.data();
