@@ -71,7 +71,7 @@ fuzz: build/system-fuzz $(VENV)/installed-test
 	done
 	cd tests && FUZZ_EXAMPLES=1000 ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. test_fuzz.py
 
-validation: $(VENV)/installed
+validation: $(VENV)/installed-test
 	$(BIN)/python -m benchmarks.validation
 
 docs: $(VENV)/installed-docs

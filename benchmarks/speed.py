@@ -483,8 +483,8 @@ def write_page(rounds: int, quick: bool) -> None:
     text += f"Library: {library_info()['build']}. Rounds: {rounds}.\n\n"
     text += "![Rates and cost per robot](performance/speed.svg)\n\n"
     text += "## Side by side\n\n" + compared(results)
-    text += "\n## Steps of the 2-D peers\n\nFive robots push the box for 8 s without noise. Overlaps are also those of random "
-    text += "genomes.\n\n"
+    text += "\n## Steps of the 2-D peers\n\nFive robots push the box for 8 s without noise. Overlaps are also those of "
+    text += "random genomes.\n\n"
     text += steps_compared(prepared)
     text += "\n## Teams\n\nAvoiding robots, random starts, the same floor for each robot.\n\n"
     cost = {n: 1e6 / (rate * n) for n, rate in sizes.items()}
