@@ -229,7 +229,7 @@ def test_a_sprung_bumper_is_the_rim_around_a_smaller_body(settings: Config) -> N
     for robot in range(5):
         profile = shapes[f"/robots/{robot}/bumper"]["points"]
         radii = sorted({point["x"] for point in profile})
-        assert radii == pytest.approx([0.029, 0.035])
+        assert radii == pytest.approx([settings.robot.radius - settings.robot.bumper_travel, settings.robot.radius])
         heights = [point["y"] for point in profile]
         assert 0 < min(heights) < max(heights) < settings.box.size[2]
         assert (min(heights) + max(heights)) / 2 == pytest.approx(settings.box.size[2] / 2)
