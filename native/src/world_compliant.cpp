@@ -25,7 +25,7 @@ void CompliantStep::add_body(int number, dBodyID id, const Place& place, Drive* 
     if (number >= static_cast<int>(index_.size())) index_.resize(number + 1, -1);
     index_[number] = at;
     bodies_.push_back(
-        {id, drive, mass.mass, mass.I[10], place.x, place.y, {v[0], v[1], w[2]}, {v[0], v[1], w[2]}, at, 0});
+        {id, drive, mass.mass, mass.I[10], place.x, place.y, {v[0], v[1], w[2]}, {v[0], v[1], w[2]}, {}, at, 0});
     if (!drive || !drive->sticks()) return;
     const Twist guess = drive->intended_motion();
     for (int k = 0; k < 3; ++k) bodies_.back().guess[k] = k == 0 ? guess.x : k == 1 ? guess.y : guess.spin;
@@ -71,6 +71,11 @@ int CompliantStep::root(int body) const {
 bool CompliantStep::solve() {
     for (std::size_t i = 0; i < bodies_.size(); ++i)
         if (bodies_[i].group == static_cast<int>(i) && !solve_group(static_cast<int>(i))) return false;
+    // Only now: where a group has no solution, ODE begins with the velocities before.
+    for (const Body& body : bodies_) {
+        dBodySetLinearVel(body.id, body.after[0], body.after[1], 0);
+        dBodySetAngularVel(body.id, 0, 0, body.after[2]);
+    }
     for (const Foot& foot : feet_) foot.rub->remember(foot.law.fx, foot.law.fy);
     for (const Touch& touch : touches_) {
         const Vector& n = touch.pair->normal;
@@ -101,10 +106,8 @@ bool CompliantStep::solve_group(int group) {
     for (int round = 0; round < kMostRounds; ++round) {
         if (update_loads()) evaluate(0);
         if (is_balanced()) {
-            for (const Body* body : group_bodies_) {
-                dBodySetLinearVel(body->id, velocity_[body->row], velocity_[body->row + 1], 0);
-                dBodySetAngularVel(body->id, 0, 0, velocity_[body->row + 2]);
-            }
+            for (Body* body : group_bodies_)
+                for (int k = 0; k < 3; ++k) body->after[k] = velocity_[body->row + k];
             return true;
         }
         assemble();

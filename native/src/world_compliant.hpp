@@ -54,6 +54,7 @@ class CompliantStep {
         double mass, inertia, x, y;
         double before[3];  // velocity: x, y [m/s], about the vertical [rad/s]
         double guess[3];   // of the velocity after the step
+        double after[3];   // it
         int group;         // of bodies that touch: number of another, or its own
         int row;           // in the group's system
     };
