@@ -349,9 +349,9 @@ def breakdown(case: str) -> dict[str, float] | str:
         "network": network / total,
         "telemetry, hash, noise of the wheels, the rest": (total - step - observe - network) / total,
         "instructions for a simulated second": total / seconds,
-        "of them in Newton's method": newton / seconds,
+        "instructions for a second in Newton's method": newton / seconds,
         "solutions for a simulated second": calls_of(rf"{re.escape(NEWTON)}\(\)", profile) / seconds,
-        "of them by ODE": calls_of("dWorldStep", profile) / seconds,
+        "dWorldSteps for a simulated second": calls_of("dWorldStep", profile) / seconds,
     }
 
 
@@ -513,7 +513,17 @@ def write_page(rounds: int, quick: bool) -> None:
     text += table(
         ["", *shares],
         [
-            [name, *(f"{c[name]:,.0f}" if " for a " in name or " bare " in name else f"{c[name]:.1%}" for c in columns)]
+            [
+                name,
+                *(
+                    f"{c[name]:,.4g}"
+                    if name.startswith("dWorld")
+                    else f"{c[name]:,.0f}"
+                    if " for a " in name
+                    else f"{c[name]:.1%}"
+                    for c in columns
+                ),
+            ]
             for name in names
         ],
     )
