@@ -421,8 +421,9 @@ def _verdict(found: list[Compared]) -> str:
     return f"""All cases within the limits at the default time step: **{"no" if missed else "yes"}**{listed}. Time steps
 of `driven_contacts` that keep to them in all cases: {at}.
 
-Where robots push side by side or run into a wall, errors grow little beyond steps of 10 ms. Where robots turn each
-other, or one is wedged at a corner of the box, what a long step misses grows while they roll off.
+Errors hardly grow beyond steps of 10 ms: where bodies touch, longer ones are cut to what speeds allow, and where
+bumpers meet. What is left is largest where robots turn each other, or one is wedged at a corner of the box: there what
+a step misses grows.
 
 ![Errors against the time step](validation/meetings.png)
 """

@@ -801,9 +801,6 @@ def _end_table(settings: Settings) -> str:
     south, east, *_ = faces()
     tasks = [*((south, bumper) for bumper in bumpers()), (east, default_bumper())]
     rows = in_parallel(lambda task: _end_row(*task), tasks, settings.threads)
-    _, how = ramming(at_end(east), default_bumper())
-    finer = changed(scene(how.poses), physics={"time_step": PERIOD / 2})
-    at_finer = moved(boxes_of(play(how, finer)))
     head = [
         "face",
         "bumper",
@@ -826,9 +823,7 @@ reference, the same rhythm):
 {table(head, rows)}
 Softer bumpers have as much damping relative to the critical and as much travel relative to what one robot presses them
 in, up to half the radius. What holds the box there is its friction alone, so this stays a way for two to turn it. At
-the end of the short face two just fail to, and what they get there is owed to the time step of
-{millimetres(PERIOD):g} ms, which makes the peak of some blows a little too high: at {millimetres(PERIOD / 2):g} ms the
-same gets them {_way(at_finer)} mm.
+the end of the short face two just fail to.
 """
 
 

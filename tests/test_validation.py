@@ -163,15 +163,6 @@ def test_circles_have_the_formulas_radius() -> None:
 # ---- where bodies meet -----------------------------------------------------------------------------------------------
 
 
-BEYOND = (
-    "three push, one slantwise at a corner",
-    "into each other's side, 2 s",
-    "a slower one from behind, 10 mm off",
-    "two ram an end of the face from 45.5 mm",
-)
-"""Cases that the default time step is known to miss; docs/validation.md says by how much."""
-
-
 @pytest.fixture(scope="module")
 def compared() -> dict[str, meetings.Compared]:
     steps: dict[Drive, tuple[float, ...]] = {"driven_contacts": (0.005, DEFAULT_STEP), "articulated": (0.005,)}
@@ -180,11 +171,9 @@ def compared() -> dict[str, meetings.Compared]:
 
 @pytest.mark.parametrize("case", meetings.CASES, ids=lambda case: case.name)
 def test_bodies_that_meet_do_as_in_the_independent_reference(
-    case: meetings.Case, compared: dict[str, meetings.Compared], request: pytest.FixtureRequest
+    case: meetings.Case, compared: dict[str, meetings.Compared]
 ) -> None:
     assert compared[case.name].differences["driven_contacts", 0.005].keeps(case)
-    if case.name in BEYOND:
-        request.applymarker(pytest.mark.xfail(strict=True, reason="docs/validation.md, Where bodies meet"))
     assert meetings.default_difference(compared[case.name]).keeps(case)
 
 
@@ -367,7 +356,18 @@ def test_two_robots_in_step_at_one_end_of_a_face_move_it_as_in_the_reference() -
     reference = ramming.moved(ramming.track_in_reference(strategy, horizon=2.0))
     assert 0.002 < ours.way == pytest.approx(reference.way, rel=0.1)
     assert np.radians(0.5) < ours.turn == pytest.approx(reference.turn, rel=0.1)
-    assert is_still(ramming.blow(lambda gap: ramming.at_end(east, gap), ramming.default_bumper()))
+    # At the end of the short face they just fail to: a force that is 3 % too high at its peak would move it.
+    most, _ = ramming.ramming(ramming.at_end(east), ramming.default_bumper(), horizon=60.0)
+    assert most.way < 1e-4
+
+
+def test_a_blow_is_the_same_whenever_in_a_step_it_comes() -> None:
+    south, *_ = ramming.faces()
+    blows = [
+        ramming.outcome(ramming.Strategy(ramming.at_end(south, 0.03 + 0.008 * phase), (ramming.FULL,) * 2), 2.0).way
+        for phase in ramming.PHASES
+    ]
+    assert max(blows) < 1.03 * min(blows)
 
 
 def test_a_rigid_blow_moves_the_box_as_momentum_has_it() -> None:

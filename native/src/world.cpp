@@ -16,8 +16,9 @@
 //   - Robots that nothing is near coast in closed form. Those at rest under the same forces as before stay there, and a
 //     box that stands is a wall, as long as its feet hold it (world_box.hpp). All others are solved for: level bodies
 //     by Newton's method (world_compliant.hpp), the articulated drive by ODE.
-//   - It is cut where bodies in touch change their speed so much that they would end in the wrong place
-//     (world_average.hpp).
+//   - It is cut where bumpers meet, and where bodies in touch change their speed so much that they would end in the
+//   wrong
+//     place (world_average.hpp).
 //
 // Speeds and lengths are tuned to the E-puck (world_constants.hpp); scene.cpp refuses what is too fast for them.
 #include "world.hpp"
@@ -278,6 +279,7 @@ struct World::Impl {
     // How a step is tried.
     struct Attempt {
         double time_step;       // [s]
+        double planned = 0;     // where it was cut at a blow: length before [s]
         bool is_new = true;     // of this length
         int tries = 0;          // of this length
         bool cautious = false;  // all that is near is likely to meet
@@ -303,7 +305,7 @@ struct World::Impl {
             if (take(attempt) && holds(attempt)) break;
             for (std::size_t i = 0; i < bodies.size(); ++i) set_state(bodies[i], before[i]);
         }
-        finish(attempt.time_step, attempt.by_ode);
+        finish(attempt);
         return attempt.time_step;
     }
 
@@ -340,6 +342,7 @@ struct World::Impl {
         if (attempt.given_up) return true;
         const bool kept_clear = average.kept_clear(), fitted = fits(attempt.by_ode) && kept_clear;
         attempt.cautious |= !kept_clear;
+        if (ends_at_blow(attempt)) return false;
         const double share = shortening(attempt.time_step);
         // Far too long a step is cut before anything else is mended.
         if (share <= kFarTooLong || (share < 1 && fitted)) {
@@ -347,6 +350,16 @@ struct World::Impl {
             return false;
         }
         return fitted || ++attempt.tries == kMostTries;
+    }
+
+    // Is a step to end where bumpers meet within it?
+    bool ends_at_blow(Attempt& attempt) const {
+        if (!is_level || attempt.planned > 0) return false;
+        const double share = average.until_blow();
+        if (share == 1 || share * attempt.time_step < kShortestStep) return false;
+        attempt.planned = attempt.time_step;
+        attempt.cut(share);
+        return true;
     }
 
     bool fits(bool by_ode) {
@@ -384,12 +397,18 @@ struct World::Impl {
         return load;
     }
 
-    void finish(double time_step, bool by_ode) {
+    void finish(const Attempt& attempt) {
+        const double time_step = attempt.time_step;
+        const bool by_ode = attempt.by_ode;
+        if (by_ode || nothing_to_solve())
+            compliant.forget();
+        else
+            compliant.remember();
         box.finish(by_ode);
         sides.finish();
         const double error = is_level ? average.error() : 0;
         length = error > 0 ? time_step * std::clamp(std::sqrt(largest_error() / error), 0.5, 2.0) : 2 * time_step;
-        length = std::clamp(length, kShortestStep, scene.physics.time_step);
+        length = std::clamp(std::fmax(length, attempt.planned), kShortestStep, scene.physics.time_step);
         // The reference model runs at steps that need no correction.
         if (is_level) average.apply();
         for (const dBodyID body : bodies) stop_if_still(body);
@@ -416,8 +435,10 @@ World::World(const Scene& scene, const std::vector<Pose>& starts) : impl_(new Im
 World::~World() = default;
 
 void World::set_rim_speeds(unsigned robot, double left, double right) {
-    impl_->robots[robot].drive->set_rim_speeds(left, right);
-    impl_->robots[robot].is_steady = false;
+    Impl::Robot& of = impl_->robots[robot];
+    if (of.drive->jolt(left, right) > kJolt) impl_->compliant.forget(of.number);
+    of.drive->set_rim_speeds(left, right);
+    of.is_steady = false;
 }
 
 void World::step() {

@@ -65,9 +65,9 @@ double AverageVelocity::approach(const Touch& touch, Motion Body::*when) const {
 }
 
 bool AverageVelocity::note(Touch& touch) {
-    const double before = approach(touch, &Body::before);
-    if (drifts_) touch.gap += before * time_step_;
-    speed_ = std::fmax(before, approach(touch, &Body::intended));
+    touch.closing = approach(touch, &Body::before);
+    if (drifts_) touch.gap += touch.closing * time_step_;
+    speed_ = std::fmax(touch.closing, approach(touch, &Body::intended));
     const bool likely = cautious_ || may_close(touch.gap);
     (likely ? touches_ : to_check_).push_back(touch);
     return likely;
@@ -82,6 +82,16 @@ bool AverageVelocity::kept_clear() {
     return std::none_of(to_check_.begin(), to_check_.end(), [&](const Touch& touch) {
         return approach(touch, &Body::now) * time_step_ > touch.gap + (touch.travel > 0 ? kUnnoticed : 0);
     });
+}
+
+double AverageVelocity::until_blow() const {
+    double share = 1;
+    for (const Touch& touch : touches_) {
+        if (touch.gap <= kContactGap || touch.travel <= 0) continue;
+        const double closed = (touch.closing + approach(touch, &Body::now)) / 2 * time_step_;
+        if (closed > touch.gap + kSlightPress) share = std::fmin(share, touch.gap / closed);
+    }
+    return share;
 }
 
 double AverageVelocity::error() const {

@@ -30,9 +30,10 @@ class AverageVelocity {
         int first, second;  // numbers of bodies; kWall
         double x, y;        // where [m]
         double normal_x, normal_y;
-        double gap;     // between rims as bodies are placed; after note() at the start of the step [m]
-        double travel;  // of the bumpers between them [m]
-        double recoil;  // acceleration of a robot by each metre that they are pressed in [1/s^2]
+        double gap;      // between rims as bodies are placed; after note() at the start of the step [m]
+        double travel;   // of the bumpers between them [m]
+        double recoil;   // acceleration of a robot by each metre that they are pressed in [1/s^2]
+        double closing;  // speed at which the gap closes at the start of the step; after note() [m/s]
     };
     static constexpr int kWall = -1;
 
@@ -68,6 +69,10 @@ class AverageVelocity {
 
     // After the step: did all keep apart that were not likely to meet?
     bool kept_clear();
+
+    // Share of the step after which bumpers met that were apart and are pressed in by more than a little in the end, of
+    // those that met first. 1 where none did.
+    double until_blow() const;
 
     // How far a body that touched another may have moved too far in the step, or too little [m].
     double error() const;

@@ -22,13 +22,65 @@ void CompliantStep::add_body(int number, dBodyID id, const Place& place, Drive* 
     dBodyGetMass(id, &mass);
     const dReal *v = dBodyGetLinearVel(id), *w = dBodyGetAngularVel(id);
     const int at = static_cast<int>(bodies_.size());
-    if (number >= static_cast<int>(index_.size())) index_.resize(number + 1, -1);
+    if (number >= static_cast<int>(index_.size())) {
+        index_.resize(number + 1, -1);
+        past_.resize(number + 1);
+    }
     index_[number] = at;
-    bodies_.push_back(
-        {id, drive, mass.mass, mass.I[10], place.x, place.y, {v[0], v[1], w[2]}, {v[0], v[1], w[2]}, {}, at, 0});
+    bodies_.push_back({id,
+                       number,
+                       drive,
+                       mass.mass,
+                       mass.I[10],
+                       place.x,
+                       place.y,
+                       1,
+                       {},
+                       {v[0], v[1], w[2]},
+                       {v[0], v[1], w[2]},
+                       {},
+                       at,
+                       0});
+    go_on(bodies_.back());
     if (!drive || !drive->sticks()) return;
     const Twist guess = drive->intended_motion();
     for (int k = 0; k < 3; ++k) bodies_.back().guess[k] = k == 0 ? guess.x : k == 1 ? guess.y : guess.spin;
+}
+
+void CompliantStep::start_anew(Body& body) {
+    body.gain = 1;
+    std::copy_n(body.before, 3, body.from);
+}
+
+void CompliantStep::go_on(Body& body) const {
+    const Past& past = past_[body.number];
+    const double ratio = past.time_step > 0 ? time_step_ / past.time_step : kLargestGrowth + 1;
+    if (ratio > kLargestGrowth) return start_anew(body);
+    body.gain = (1 + 2 * ratio) / (1 + ratio);
+    for (int k = 0; k < 3; ++k)
+        body.from[k] = ((1 + ratio) * body.before[k] - ratio * ratio / (1 + ratio) * past.before[k]) / body.gain;
+}
+
+void CompliantStep::remember() {
+    forget();
+    for (const Body& body : bodies_) {
+        std::copy_n(body.before, 3, past_[body.number].before);
+        past_[body.number].time_step = time_step_;
+    }
+    for (const Touch& touch : touches_) {
+        const bool touched = touch.pair->gap<kContactGap, presses = touch.press> 0;
+        if (touched == presses && !touch.stops) continue;
+        for (const int at : {touch.first, touch.second})
+            if (at >= 0) forget(bodies_[at].number);
+    }
+}
+
+void CompliantStep::forget() {
+    for (Past& past : past_) past.time_step = 0;
+}
+
+void CompliantStep::forget(int number) {
+    if (number < static_cast<int>(past_.size())) past_[number].time_step = 0;
 }
 
 void CompliantStep::add_rub(Rub& rub, const Vector& arm, const Vector& surface) {
@@ -53,10 +105,14 @@ void CompliantStep::add_pair(Sides::Pair& pair) {
         touch.arm[i++] = x * nx + y * ny;  // of the tangent (-ny, nx)
     }
     touch.stiffness = pair.spring.whole(time_step_);
-    touch.push_out = pair.spring.push_out(pair.gap, time_step_);
+    touch.push_out = pair.spring.push_out(pair.gap, pair.closing, time_step_);
     touch.stop_push_out = contacts_.push_out(pair.gap + pair.travel);
     touch.load = std::max(0.0, pair.load);
     touches_.push_back(touch);
+    // A blow begins.
+    if (pair.travel <= 0 || (pair.load <= 0 && pair.gap < kContactGap))
+        for (const int at : {touch.first, touch.second})
+            if (at >= 0) start_anew(bodies_[at]);
     contacts_.note_overlap(-pair.gap - pair.travel);
     if (touch.first < 0 || touch.second < 0) return;
     const int first = root(touch.first), second = root(touch.second);
@@ -133,9 +189,10 @@ void CompliantStep::evaluate(double share) {
     residual_.resize(v.size());
     for (const Body* body : group_bodies_) {
         const int row = body->row;
-        residual_[row] = body->mass / time_step_ * (v[row] - body->before[0]);
-        residual_[row + 1] = body->mass / time_step_ * (v[row + 1] - body->before[1]);
-        residual_[row + 2] = body->inertia / time_step_ * (v[row + 2] - body->before[2]);
+        const double rate = body->gain / time_step_;
+        residual_[row] = body->mass * rate * (v[row] - body->from[0]);
+        residual_[row + 1] = body->mass * rate * (v[row + 1] - body->from[1]);
+        residual_[row + 2] = body->inertia * rate * (v[row + 2] - body->from[2]);
     }
     for (Foot* foot : group_feet_) {
         const int row = bodies_[foot->body].row;
@@ -162,6 +219,7 @@ void CompliantStep::evaluate(double share) {
         const double bumper = touch->stiffness * (touch->push_out - parting);
         const double stop = contacts_.rigidity() * (touch->stop_push_out - parting);
         touch->press = std::max(0.0, bumper) + std::max(0.0, stop);
+        touch->stops = stop > 0;
         touch->rate = (bumper > 0 ? touch->stiffness : 0) + (stop > 0 ? contacts_.rigidity() : 0);
         touch->load = touch->press;
         const double limit = touch->pair->side_friction * touch->load;
@@ -185,8 +243,9 @@ void CompliantStep::evaluate(double share) {
 void CompliantStep::assemble() {
     matrix_.setZero(residual_.size(), residual_.size());
     for (const Body* body : group_bodies_) {
-        matrix_(body->row, body->row) = matrix_(body->row + 1, body->row + 1) = body->mass / time_step_;
-        matrix_(body->row + 2, body->row + 2) = body->inertia / time_step_;
+        const double rate = body->gain / time_step_;
+        matrix_(body->row, body->row) = matrix_(body->row + 1, body->row + 1) = body->mass * rate;
+        matrix_(body->row + 2, body->row + 2) = body->inertia * rate;
     }
     for (const Foot* foot : group_feet_) {
         const Rub::Law& d = foot->law;

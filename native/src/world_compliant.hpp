@@ -3,7 +3,13 @@
 //
 // Need: the velocities v at the end of a step of length h, in the plane, of bodies that touch,
 //
-//   M (v - v0) / h = sum of forces at v
+//   M g (v - u) / h = sum of forces at v
+//
+// From rest, and after a blow or a jolt, the step is Euler's implicit one: g = 1, and u is the velocity v0 before.
+// Where a body has moved smoothly since the step before, of length h / r from the velocity v1, it is of second order
+// (backward differentiation, BDF2), as stable, and no dearer:
+//
+//   g = (1 + 2 r) / (1 + r)    u = ((1 + r) v0 - r^2 / (1 + r) v1) / g
 //
 // Each force is minus the gradient of a convex function of v, as long as friction's limits are given: what presses, as
 // max(0, damping v + spring), of bumpers and, a thousand times stiffer, of what is rigid; and friction, cut to its
@@ -47,11 +53,21 @@ class CompliantStep {
     // iteration does not come to an end.
     bool solve();
 
+    // After a step that holds and was solved for here: the next one goes on from it. Before sides finish it.
+    void remember();
+
+    // The next step does not go on from the last one: for no body, or not for this one.
+    void forget();
+    void forget(int number);
+
   private:
     struct Body {
         dBodyID id;
+        int number;
         Drive* drive;
         double mass, inertia, x, y;
+        double gain;       // g above
+        double from[3];    // u above
         double before[3];  // velocity: x, y [m/s], about the vertical [rad/s]
         double guess[3];   // of the velocity after the step
         double after[3];   // it
@@ -76,8 +92,16 @@ class CompliantStep {
         double load = 0;                  // of `press`, that limits friction
         double rate = 0;                  // at which they grow with closing [N s/m]
         bool sticks = false;
+        bool stops = false;  // the stop presses
+    };
+    // The last step of a body.
+    struct Past {
+        double before[3];      // velocity: x, y [m/s], about the vertical [rad/s]
+        double time_step = 0;  // [s]; 0: the next one does not go on from it
     };
 
+    void go_on(Body& body) const;
+    static void start_anew(Body& body);
     int root(int body) const;
     bool solve_group(int group);
     void evaluate(double share);
@@ -92,6 +116,7 @@ class CompliantStep {
     double force_error_, time_step_ = 0;
     std::vector<Body> bodies_;
     std::vector<int> index_;  // of a body's number in `bodies_`, or -1
+    std::vector<Past> past_;  // by number
     std::vector<Foot> feet_;
     std::vector<Touch> touches_;
     // Of the group that is solved.

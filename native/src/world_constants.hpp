@@ -9,9 +9,12 @@ namespace swarmevo {
 
 // Error that a body in touch may make in a step [m]: its change of speed, by which it may move half a step too early or
 // too late. docs/validation.md, "Where bodies meet": the cases there keep to 2 % of the way and 2 degrees.
-constexpr double kWayError = 3e-4;
+constexpr double kWayError = 5e-4;
 // The same where nothing gives way: a rigid blow moves the box by 0.2 mm in all, and is to be right within a tenth.
 constexpr double kRigidWayError = 2e-6;
+// Depth to which bumpers may be pressed in by the end of the step in which they meet [m]. Deeper, and it is cut where
+// they meet: before, there is nothing to push, and forces of a step that begins apart are too weak.
+constexpr double kSlightPress = 1e-4;
 // Share to which a step is cut at once, whatever else is wrong with it.
 constexpr double kFarTooLong = 0.25;
 // No step is cut below this [s].
@@ -25,6 +28,10 @@ constexpr int kDeepestHalving = 4;
 
 // ---- steps in which all gives way (world_compliant.cpp) ----
 
+// Largest ratio of a step to the one before at which it is of second order: beyond 1 + sqrt(2) it would be unstable.
+constexpr double kLargestGrowth = 2.3;
+// Change of a robot's rim speeds, both together, from which its acceleration jumps [m/s]: a twelfth of what it can be.
+constexpr double kJolt = 0.02;
 // Slip by which friction of what sticks changes from none to its limit [m/s]: 10 um in a step of 50 ms.
 constexpr double kStickSlip = 2e-4;
 // Square of the share of its limit below which friction did stick.

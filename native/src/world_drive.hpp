@@ -30,6 +30,11 @@ class Drive {
     // Holds until set anew; rim speeds in [m/s].
     virtual void set_rim_speeds(double left_speed, double right_speed) { rim_speeds_ = {left_speed, right_speed}; }
 
+    // By how much other rim speeds differ from those that hold, both wheels together [m/s].
+    double jolt(double left_speed, double right_speed) const {
+        return std::abs(left_speed - rim_speeds_[left]) + std::abs(right_speed - rim_speeds_[right]);
+    }
+
     // Before a step is laid out for the first time: wheels are expected to slip as they do now.
     void expect() { expects_ = true; }
 

@@ -180,11 +180,11 @@ double Contacts::push_out(double gap) const {
 }
 
 dJointID Contacts::add_sprung(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
-                              const Friction& friction, const Spring& spring) {
+                              double closing, const Friction& friction, const Spring& spring) {
     dContact contact = rubbing(friction);
     contact.surface.mode |= dContactSoftCFM;
     contact.surface.soft_cfm = 1 / spring.whole(time_step_);
-    return create(first, second, point, normal, spring.push_out(gap, time_step_), contact);
+    return create(first, second, point, normal, spring.push_out(gap, closing, time_step_), contact);
 }
 
 void Contacts::add_level(dBodyID body, double x, double y, const Friction& friction) {

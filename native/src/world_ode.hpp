@@ -9,6 +9,7 @@
 
 #include "epuck.hpp"
 #include "scene.hpp"
+#include "world_constants.hpp"
 
 namespace swarmevo {
 
@@ -82,11 +83,14 @@ struct Friction {
 struct Spring {
     double stiffness = 0, damping = 0;  // [N/m], [N s/m]
 
-    // The mean force in a step of this length [s] is whole() * (closing speed at its end + push_out()), if that
-    // presses: spring by the mean depth, damper from the moment on at which the gap is closed.
+    // The force at the end of a step of this length [s] is whole() * (closing speed there + push_out()), if that
+    // presses. `gap` and `closing` [m/s] are of its start. The spring is pressed by the mean of the two speeds; the
+    // damper works from the moment on at which the gap is closed.
     double whole(double time_step) const { return time_step / 2 * stiffness + damping; }
-    double push_out(double gap, double time_step) const {
-        return gap < 0 && stiffness > 0 ? -stiffness * gap / whole(time_step) : -gap / time_step;
+    double push_out(double gap, double closing, double time_step) const {
+        if (stiffness <= 0) return -gap / time_step;
+        const double delay = std::fmax(gap, 0) / time_step;
+        return stiffness * (time_step / 2 * (closing - delay) - std::fmin(gap, 0)) / whole(time_step) - delay;
     }
 };
 
@@ -109,7 +113,7 @@ class Contacts {
 
     // The same, where a bumper gives way: stable at any step.
     dJointID add_sprung(dBodyID first, dBodyID second, const Vector& point, const Vector& normal, double gap,
-                        const Friction& friction, const Spring& spring);
+                        double closing, const Friction& friction, const Spring& spring);
 
     // Friction with the floor at a point of a level body, whose load is known.
     void add_level(dBodyID body, double x, double y, const Friction& friction);

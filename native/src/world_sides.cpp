@@ -35,10 +35,16 @@ bool Sides::add(Pair& pair, const Solid& first, const Solid& second, const Side&
     const int bumpers = sprung_ ? first.bumpers + second.bumpers : 0;
     const swe_robot_config& robot = scene_.robot;
     pair.travel = bumpers * robot.bumper_travel;
-    AverageVelocity::Touch touch = {
-        first.number, second.number, side.x,
-        side.y,       side.normal_x, side.normal_y,
-        side.gap,     pair.travel,   bumpers > 0 ? robot.bumper_stiffness / bumpers / robot.mass : 0};
+    AverageVelocity::Touch touch = {first.number,
+                                    second.number,
+                                    side.x,
+                                    side.y,
+                                    side.normal_x,
+                                    side.normal_y,
+                                    side.gap,
+                                    pair.travel,
+                                    bumpers > 0 ? robot.bumper_stiffness / bumpers / robot.mass : 0,
+                                    0};
     pair.may_meet = average_.note(touch);
     if (!pair.may_meet) return false;
     meeting_.push_back(&pair);
@@ -50,6 +56,7 @@ bool Sides::add(Pair& pair, const Solid& first, const Solid& second, const Side&
     pair.point = {side.x, side.y, side.height};
     pair.normal = {side.normal_x, side.normal_y, 0};
     pair.gap = touch.gap;
+    pair.closing = touch.closing;
     pair.spring = {};
     if (bumpers > 0) pair.spring = {robot.bumper_stiffness / bumpers, robot.bumper_damping / bumpers};
     pair.side_friction = scene_.physics.side_friction;
@@ -67,9 +74,9 @@ void Sides::add_to(Contacts& contacts) {
         friction.load = pair->load;
         const auto& [first, second] = pair->bodies;
         if (pair->travel > 0) {
-            dJointSetFeedback(
-                contacts.add_sprung(first, second, pair->point, pair->normal, pair->gap, friction, pair->spring),
-                &pair->bumper);
+            dJointSetFeedback(contacts.add_sprung(first, second, pair->point, pair->normal, pair->gap, pair->closing,
+                                                  friction, pair->spring),
+                              &pair->bumper);
             friction = {friction.direction, 0, 0, 0};  // that of the whole force is the bumper's
         }
         if (pair->may_stop)

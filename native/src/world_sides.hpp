@@ -32,6 +32,7 @@ class Sides {
         dBodyID bodies[2];         // nullptr: it does not give way
         Vector point{}, normal{};  // where; from the second to the first
         double gap, travel;        // between rims at the start of the step; of the bumpers [m]
+        double closing;            // speed at which the gap closes there [m/s]
         Spring spring;             // of the bumpers
         double side_friction;
         double load = Friction::kSolved;  // normal force that limited friction in the last step [N]

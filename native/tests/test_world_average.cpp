@@ -120,3 +120,35 @@ TEST_CASE("sides are likely to meet or not, by the shove that it would take") {
         CHECK(meet({0.004, 0, 0, 0.081, true}, drifts).kept_clear);
     }
 }
+
+TEST_CASE("a robot that runs into a wall is a mass on a damped spring, whenever in a step it comes") {
+    // m x'' = F - c x' - k x from x = 0 and x' = v on: its wheels slip at once, and push with all their traction F.
+    const Scene scene = Fixture({0, 0, 0}).without_noise().scene();
+    const double m = scene.robot.mass, k = scene.robot.bumper_stiffness, v = 0.128;
+    const double pull = traction_limit(scene), decay = scene.robot.bumper_damping / (2 * m);
+    const double frequency = std::sqrt(k / m - decay * decay), settled = pull / k;
+    const auto depth = [&](double time) {
+        return settled + std::exp(-decay * time) * ((v - decay * settled) / frequency * std::sin(frequency * time) -
+                                                    settled * std::cos(frequency * time));
+    };
+    for (const double time_step : {0.005, 0.01, 0.02, 0.05})
+        for (int phase = 0; phase < 10; ++phase) {
+            CAPTURE(time_step);
+            CAPTURE(phase);
+            const double way = 0.0064 + v * time_step * phase / 10;
+            const double wall = scene.arena.size / 2 - scene.robot.radius;
+            Fixture fixture({wall - way, 0, 0});
+            fixture.without_noise().config.physics.time_step = time_step;
+            const Scene timed = fixture.scene();
+            World world(timed, timed.start_poses);
+            world.set_rim_speeds(0, v, v);
+            const double lag = v / (2 * pull / m);  // until wheels have sped it up
+            double largest = 0;
+            for (int i = 1; i * time_step < 0.5; ++i) {
+                world.step();
+                const double since = i * time_step - way / v - lag;  // it touched
+                if (since > 0) largest = std::max(largest, std::abs(world.robot_pose(0).x - wall - depth(since)));
+            }
+            CHECK(largest < 2e-4);
+        }
+}
