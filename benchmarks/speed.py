@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How fast it is: ours and the peers side by side, in alternating runs on one machine. Writes docs/performance.md.
 
-    python -m benchmarks.speed            about twelve minutes; the peers need `pip install swarmevo[bench]`,
+    python -m benchmarks.speed            about half an hour; the peers need `pip install swarmevo[bench]`,
                                           Box2D's needs g++ and Debian's libbox2d-dev
     python -m benchmarks.speed --rounds 1 --quick
 
@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks import assumptions
 from benchmarks.cases import CASES, DEEPEST_OVERLAP, Case, changed, random_networks, write_networks
 from swarmevo import evolution
 from swarmevo.config import Config, seeded
@@ -476,6 +477,7 @@ def write_page(rounds: int, quick: bool) -> None:
     gains = thread_gain(2 if quick else 10)
     lasting = endurance(500 if quick else 10_000)
     shares = {case: breakdown(case) for case in ("roaming", "pushing", "random")}
+    undone = assumptions.rows()
     python = python_side([100, 1000] if quick else [30, 100, 1000, 10_000])
     many = evolution_of(20, repeats=1, generations=100 if quick else 1000)
     plot(results, sizes)
@@ -527,6 +529,9 @@ def write_page(rounds: int, quick: bool) -> None:
             for name in names
         ],
     )
+    text += "\n## What assumptions are worth\n\nA step rests on what is checked after it. How many times as many "
+    text += "instructions whole episodes take where one of these is not assumed:\n\n"
+    text += table(["assumption", *assumptions.CASES], undone)
     text += "\n## The Python side\n\n"
     text += "A generation of a real run without its simulation: ask, jobs, results, fitness, tell, store.\n\n"
     random_rate = statistics.median(results["random genomes, mixed"][0][1])

@@ -18,7 +18,7 @@ from swarmevo.config import Config
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[1]))
 
-from benchmarks import speed
+from benchmarks import assumptions, speed
 from benchmarks.cases import pushing_config, random_networks, write_networks
 from benchmarks.speed import Planar, Prepared, Trial
 
@@ -182,3 +182,16 @@ def test_the_2d_peers_have_the_scene_of_our_configuration(script: str, constants
     found = constants((speed.PEERS / script).read_text())
     for name, value in expected_constants().items():
         np.testing.assert_allclose(np.ravel(found[name]), np.ravel(value), rtol=1e-6, err_msg=name)
+
+
+# ---- assumptions ----
+
+
+@pytest.mark.parametrize("each", assumptions.ASSUMPTIONS, ids=lambda each: each.file + ": " + each.name)
+def test_an_assumption_can_be_taken_out(each: assumptions.Assumption, tmp_path: Path) -> None:
+    sources = tmp_path / "src"
+    shutil.copytree(assumptions.ROOT / "native" / "src", sources)
+    each.undo(sources)
+    assert each.without in (sources / each.file).read_text()
+    with pytest.raises(ValueError, match=r"expected .* once, found it 0 times"):
+        each.undo(sources)

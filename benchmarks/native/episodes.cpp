@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whole episodes without Python, for counting instructions:
-//   valgrind --tool=callgrind episodes roaming|pushing|random
+//   valgrind --tool=callgrind episodes roaming|pushing|pressed|random
 // The cases are those of benchmarks/cases.py, shorter.
 #include <cstdio>
 #include <cstring>
@@ -56,18 +56,19 @@ int run(const char* name) {
     if (!std::strcmp(name, "roaming")) all = {avoiding()};
     if (!std::strcmp(name, "random"))
         for (unsigned i = 0; i < 40; ++i) all.push_back(random_weights(i));
-    if (!std::strcmp(name, "pushing")) {
-        all.assign(20, driving());
+    const bool pushing = !std::strcmp(name, "pushing"), pressed = !std::strcmp(name, "pressed");
+    if (pushing || pressed) {
+        all.assign(pushing ? 20 : 4, driving());
+        if (pushing) fixture.config.arena.size = 20;
+        fixture.box_at(0, pushing ? -9.4 : 0.41);
         for (int i = 0; i < 5; ++i) {
-            const double pose[] = {0.0715 * (i - 2), -9.527, kPi / 2};
+            const double pose[] = {0.0715 * (i - 2), fixture.config.box.pose[1] - 0.127, kPi / 2};
             std::copy_n(pose, 3, &fixture.poses[3 * static_cast<std::size_t>(i)]);
         }
-        fixture.config.arena.size = 20;
-        fixture.box_at(0, -9.4);
         fixture.config.team.start_jitter[0] = fixture.config.team.start_jitter[1] = 0;
     }
-    if (all.empty()) return std::fprintf(stderr, "expected roaming, pushing or random\n"), 2;
-    fixture.config.episode.horizon = std::strcmp(name, "pushing") ? 60 : 8;
+    if (all.empty()) return std::fprintf(stderr, "expected roaming, pushing, pressed or random\n"), 2;
+    fixture.config.episode.horizon = pushing ? 8 : 60;
 
     swe_scene* scene = nullptr;
     if (swe_scene_create(&scene, &fixture.config)) return std::fprintf(stderr, "%s\n", swe_error_message()), 1;
