@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks.validation_convergence import traction
+from benchmarks.cases import changed
 from benchmarks.validation_scenes import (
     DRIVES,
     NORTH,
@@ -22,7 +22,6 @@ from benchmarks.validation_scenes import (
     Pose,
     Section,
     Settings,
-    changed,
     drive,
     in_parallel,
     keys,
@@ -30,6 +29,7 @@ from benchmarks.validation_scenes import (
     sound,
     standing,
     table,
+    traction,
     turn,
     wheels,
 )

@@ -19,8 +19,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmarks import reference
+from benchmarks.cases import changed
 from benchmarks.validation_meetings import REFERENCE_STEP, reference_poses, simulated_poses
 from benchmarks.validation_scenes import (
+    AWAY,
     DRIVES,
     NORTH,
     TIME_STEPS,
@@ -28,11 +30,11 @@ from benchmarks.validation_scenes import (
     Pose,
     Section,
     Settings,
-    changed,
     in_parallel,
     millimetres,
     standing,
     table,
+    traction,
     turn,
 )
 from swarmevo.config import Config
@@ -43,7 +45,6 @@ LARGEST_WAY_ERROR, LARGEST_TURN_ERROR = 0.01, np.radians(1.0)
 """What the default time step must keep: of the travelled distance, and [rad]."""
 
 _FAST, _SLOW = 0.9, 0.4  # commands
-_AWAY = (0.35, 0.38, 0.0)  # a box that is in nobody's way
 
 
 # ---- closed formulas -------------------------------------------------------------------------------------------------
@@ -53,17 +54,6 @@ def rim_speed(command: float) -> float:
     """Return the speed of a wheel's rim [m/s]."""
     robot = Config().robot
     return command * robot.top_speed * robot.wheel_radius
-
-
-def traction() -> float:
-    """Return what a robot can push with: ``mu m g / (1 + mu h / a)`` [N].
-
-    The friction, a height ``h`` below the centre of mass, presses a caster to the floor, ``a`` from the axle, and takes
-    that load off the wheels.
-    """
-    physics, robot = Config().physics, Config().robot
-    mu = physics.wheel_friction
-    return mu * robot.mass * physics.gravity / (1 + mu * robot.centre_of_mass / robot.caster_offset)
 
 
 def pressed() -> float:
@@ -131,7 +121,7 @@ class Case:
     starts: Sequence[Pose]
     commands: Sequence[tuple[float, float]]
     duration: float
-    box: Pose = _AWAY
+    box: Pose = AWAY
     box_speed: float = 0.0  # northwards [m/s]
     formula: Formula | None = None
     meets: bool = False

@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.cases import changed
 from benchmarks.validation_scenes import (
     NORTH,
     Drive,
     Pose,
     Section,
     Settings,
-    changed,
     keys,
     ks_distance,
     millimetres,

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from benchmarks.cases import changed
 from benchmarks.validation_scenes import (
     Section,
     Settings,
-    changed,
     keys,
     millimetres,
     random_networks,

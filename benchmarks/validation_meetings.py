@@ -15,15 +15,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks import reference
+from benchmarks.cases import changed
 from benchmarks.reference import Planar
 from benchmarks.validation_scenes import (
+    AWAY,
     DRIVES,
     NORTH,
     Drive,
     Pose,
     Section,
     Settings,
-    changed,
     drive,
     in_parallel,
     millimetres,
@@ -51,7 +52,6 @@ _SPACING = 0.0715  # of robots side by side [m]
 _NEAR = 1e-4  # gap of robots that start at the box [m]
 _LEAST_WAY = 0.01  # a case in which nothing gets farther counts as one of this way [m]
 _OPEN = 3.0  # size of an arena whose walls are out of reach [m]
-_AWAY = (0.35, 0.38, 0.0)  # a box that is in nobody's way
 _MIDDLE = (0.0, 0.0, 0.0)
 _FULL, _PARKED = (1.0, 1.0), (0.0, 0.0)
 
@@ -122,7 +122,7 @@ class Case:
     starts: Sequence[Pose]
     commands: Sequence[tuple[float, float]]
     duration: float
-    box: Pose = _AWAY
+    box: Pose = AWAY
     box_velocity: Pose = (0.0, 0.0, 0.0)
     is_blow: bool = False
     """Judged by lengths and angles, since nothing gets far but the robots on their way to it."""
@@ -130,7 +130,7 @@ class Case:
     def config(self) -> Config:
         """Return the scene, with the default physics; its last control step begins at ``duration``."""
         defaults = Config()
-        is_open = self.box != _AWAY
+        is_open = self.box != AWAY
         return changed(
             standing(self.starts),
             arena={"size": _OPEN if is_open else defaults.arena.size},

@@ -16,12 +16,12 @@ import numpy as np
 from cmaes import CMA
 from matplotlib.figure import Figure
 
+from benchmarks.cases import changed
 from benchmarks.reference import Planar
 from benchmarks.validation_scenes import (
     Pose,
     Section,
     Settings,
-    changed,
     in_parallel,
     keys,
     millimetres,
@@ -29,6 +29,7 @@ from benchmarks.validation_scenes import (
     sound,
     standing,
     table,
+    traction,
     turn,
 )
 from swarmevo.config import Config
@@ -178,13 +179,6 @@ class Bumper(NamedTuple):
             "bumper_travel": self.travel,
         }
         return {"robot": robot, "physics": {"box_friction": self.box_friction}}
-
-
-def traction() -> float:
-    """Return what a robot can push with [N]; see validation_calibration.py."""
-    robot, physics = Config().robot, Config().physics
-    mu = physics.wheel_friction
-    return mu * robot.mass * physics.gravity / (1 + mu * robot.centre_of_mass / robot.caster_offset)
 
 
 def default_bumper() -> Bumper:

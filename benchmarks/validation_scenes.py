@@ -8,12 +8,13 @@ import textwrap
 from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 import matplotlib as mpl
 import numpy as np
 from numpy.typing import ArrayLike
 
+from benchmarks.cases import changed
 from swarmevo.config import Config
 from swarmevo.protocols import OBSERVATIONS, FeedForward, FloatArray
 from swarmevo.simulator import EpisodeKey, Episodes, Scene, library_info, simulate
@@ -30,6 +31,8 @@ TIME_STEPS: dict[Drive, tuple[float, ...]] = {
 DRIVES = tuple(TIME_STEPS)
 NORTH = np.pi / 2
 Pose = tuple[float, float, float]
+AWAY: Pose = (0.35, 0.38, 0.0)
+"""A box that is in nobody's way."""
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
@@ -57,17 +60,21 @@ class Section(NamedTuple):
 # ---- scenes ----------------------------------------------------------------------------------------------------------
 
 
-def changed(config: Config, **sections: dict[str, Any]) -> Config:
-    """Return the config with some keys of some sections changed."""
-    return config.model_copy(
-        update={name: getattr(config, name).model_copy(update=values) for name, values in sections.items()}
-    )
-
-
 def without_noise(config: Config) -> Config:
     """Return the config with exact sensors, wheels and start poses."""
     silence = dict.fromkeys(("infrared", "infrared_at_contact", "wheels", "rf"), 0.0)
     return changed(config, noise=silence, team={"start_jitter": (0.0, 0.0)})
+
+
+def traction() -> float:
+    """Return what a robot can push with: ``mu m g / (1 + mu h / a)`` [N].
+
+    The friction, a height ``h`` below the centre of mass, presses a caster to the floor, ``a`` from the axle, and takes
+    that load off the wheels.
+    """
+    physics, robot = Config().physics, Config().robot
+    mu = physics.wheel_friction
+    return mu * robot.mass * physics.gravity / (1 + mu * robot.centre_of_mass / robot.caster_offset)
 
 
 def standing(poses: Sequence[Pose], config: Config | None = None) -> Config:

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.cases import changed
 from benchmarks.validation_scenes import (
     Section,
     Settings,
-    changed,
     keys,
     millimetres,
     sound,

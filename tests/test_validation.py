@@ -38,6 +38,7 @@ from benchmarks.validation_scenes import (
     random_networks,
     standing,
     table,
+    traction,
 )
 
 every_drive = pytest.mark.parametrize("name", DRIVES)
@@ -90,7 +91,7 @@ def test_feet_hold_a_force_by_friction_and_a_torque_by_friction_at_their_distanc
 
 def test_no_turn_gains_more_than_the_friction_that_holds() -> None:
     place, feet = Place(2, "long", "end"), calibration.corners()
-    force, torque = 2 * convergence.traction(), float(place.along().sum()) * convergence.traction()
+    force, torque = 2 * traction(), float(place.along().sum()) * traction()
     centres = np.random.default_rng(1).normal(scale=0.3, size=(20_000, 2))
     gained = np.abs(torque - centres[:, 0] * force)
     taken = np.linalg.norm(feet - centres[:, np.newaxis], axis=2).mean(axis=1)
@@ -323,7 +324,7 @@ def test_two_robots_do_not_move_the_box_by_ramming_the_middle_of_a_face(stand: r
 def test_a_bumper_that_two_in_a_row_press_in_all_the_way_is_a_rigid_one() -> None:
     south, *_ = ramming.faces()
     strategy = ramming.Strategy(ramming.in_a_row(south), (ramming.ram((0.3, 0.67)), ramming.ram((0.3, 0.67), 0.25)))
-    pressed = 2 * ramming.traction() / ramming.default_bumper().stiffness
+    pressed = 2 * traction() / ramming.default_bumper().stiffness
     for travel, moves in ((0.6 * pressed, True), (1.1 * pressed, False)):
         bumper = ramming.default_bumper()._replace(travel=travel)
         assert is_still(ramming.outcome_in_lane(strategy, 60.0, bumper)) != moves
