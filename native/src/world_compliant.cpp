@@ -238,25 +238,35 @@ void CompliantStep::evaluate(double share) {
     }
 }
 
+// Of a body's row and another's column in the group's system; none where it was not asked for since assemble() began.
+Eigen::Matrix3d& CompliantStep::block(int row, int column) {
+    const std::size_t at = row / 3 * group_bodies_.size() + column / 3;
+    if (!coupled_[at]) blocks_[at].setZero();
+    coupled_[at] = true;
+    return blocks_[at];
+}
+
 // Derivative of the residual. Where a side slips, its friction grows with what presses there: that couples so strongly
 // that leaving it to update_loads() would take many rounds.
 void CompliantStep::assemble() {
-    matrix_.setZero(residual_.size(), residual_.size());
+    const std::size_t size = group_bodies_.size() * group_bodies_.size();
+    coupled_.assign(size, false);
+    if (blocks_.size() < size) blocks_.resize(size);
     for (const Body* body : group_bodies_) {
         const double rate = body->gain / time_step_;
-        matrix_(body->row, body->row) = matrix_(body->row + 1, body->row + 1) = body->mass * rate;
-        matrix_(body->row + 2, body->row + 2) = body->inertia * rate;
+        block(body->row, body->row).diagonal() << body->mass * rate, body->mass * rate, body->inertia * rate;
     }
     for (const Foot* foot : group_feet_) {
         const Rub::Law& d = foot->law;
         const double x = foot->arm_x, y = foot->arm_y;
         const double turn_x = d.dxy * x - d.dxx * y, turn_y = d.dyy * x - d.dxy * y;
-        Eigen::Matrix3d block;
-        block << d.dxx, d.dxy, turn_x, d.dxy, d.dyy, turn_y, turn_x, turn_y, x * turn_y - y * turn_x;
+        Eigen::Matrix3d change;
+        change << d.dxx, d.dxy, turn_x, d.dxy, d.dyy, turn_y, turn_x, turn_y, x * turn_y - y * turn_x;
         const int row = bodies_[foot->body].row;
-        matrix_.block<3, 3>(row, row) += block;
+        block(row, row) += change;
     }
     for (const Touch* touch : group_touches_) {
+        if (touch->press == 0) continue;
         const Vector& n = touch->pair->normal;
         const double mu = touch->pair->side_friction;
         const double stick = touch->sticks ? mu * touch->load / kStickSlip : 0;
@@ -272,7 +282,7 @@ void CompliantStep::assemble() {
                 const double sign_b = b == 0 ? 1 : -1;
                 const Eigen::Vector3d normal_b(sign_b * n[0], sign_b * n[1], sign_b * touch->arm[2 * b]);
                 const Eigen::Vector3d tangent_b(-sign_b * n[1], sign_b * n[0], sign_b * touch->arm[2 * b + 1]);
-                matrix_.block<3, 3>(bodies_[at[a]].row, bodies_[at[b]].row) +=
+                block(bodies_[at[a]].row, bodies_[at[b]].row) +=
                     (touch->rate * normal_a + couple * tangent_a) * normal_b.transpose() +
                     stick * tangent_a * tangent_b.transpose();
             }
@@ -280,18 +290,31 @@ void CompliantStep::assemble() {
     }
 }
 
-// Solves the linear system: without memory of its own for a body or two, and for a team.
+// Solves the linear system: by elimination of one body after the other, whose block its mass and its friction keep from
+// being singular. Most bodies touch few others, and the box, which touches most, is the last.
 void CompliantStep::find_way() {
-    using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kSmallSystem, kSmallSystem>;
-    const auto size = residual_.size();
-    if (size == 3)
-        way_ = -Eigen::Matrix3d(matrix_).inverse() * Eigen::Vector3d(residual_);
-    else if (size == 6)
-        way_ = -Eigen::Matrix<double, 6, 6>(matrix_).partialPivLu().solve(residual_);
-    else if (size <= kSmallSystem)
-        way_ = -Small(matrix_).partialPivLu().solve(residual_);
-    else
-        way_ = -matrix_.partialPivLu().solve(residual_);
+    const std::size_t n = group_bodies_.size();
+    way_ = -residual_;
+    for (std::size_t k = 0; k < n; ++k) {
+        Eigen::Matrix3d& pivot = blocks_[k * n + k];
+        pivot = pivot.inverse().eval();
+        for (std::size_t i = k + 1; i < n; ++i) {
+            if (!is_coupled(i, k)) continue;
+            const Eigen::Matrix3d share = blocks_[i * n + k] * pivot;
+            for (std::size_t j = k + 1; j < n; ++j)
+                if (is_coupled(k, j)) {
+                    const Eigen::Matrix3d change = share * blocks_[k * n + j];
+                    block(3 * static_cast<int>(i), 3 * static_cast<int>(j)) -= change;
+                }
+            way_.segment<3>(3 * i) -= share * way_.segment<3>(3 * k);
+        }
+    }
+    for (std::size_t k = n; k-- > 0;) {
+        Eigen::Vector3d rest = way_.segment<3>(3 * k);
+        for (std::size_t j = k + 1; j < n; ++j)
+            if (is_coupled(k, j)) rest -= blocks_[k * n + j] * way_.segment<3>(3 * j);
+        way_.segment<3>(3 * k) = blocks_[k * n + k] * rest;
+    }
 }
 
 // Friction is limited by what presses now. Did that change anything?

@@ -106,6 +106,8 @@ class CompliantStep {
     bool solve_group(int group);
     void evaluate(double share);
     void assemble();
+    Eigen::Matrix3d& block(int row, int column);
+    bool is_coupled(std::size_t row, std::size_t column) const { return coupled_[row * group_bodies_.size() + column]; }
     void find_way();
     void find_kinks();
     double line_search();
@@ -125,7 +127,9 @@ class CompliantStep {
     std::vector<Touch*> group_touches_;
     std::vector<double> kinks_;
     Eigen::VectorXd velocity_, residual_, way_, trial_;
-    Eigen::MatrixXd matrix_;
+    // The derivative of the residual: a block for each two bodies, where they touch.
+    std::vector<Eigen::Matrix3d> blocks_;
+    std::vector<char> coupled_;
 };
 
 }  // namespace swarmevo

@@ -40,8 +40,6 @@ constexpr double kSticking = 0.96;
 constexpr double kForceError = 2e-3;
 // Rounds of Newton's method, which takes 2 to 6; then ODE solves the step.
 constexpr int kMostRounds = 25;
-// Unknowns of seven robots and the box.
-constexpr int kSmallSystem = 24;
 // Slope that a whole step of Newton's method may leave, as a share of the slope at its start.
 constexpr double kSlopeLeft = 0.2;
 // Slopes that a line search tries, beside those at jumps.
