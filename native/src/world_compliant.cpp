@@ -70,8 +70,8 @@ void CompliantStep::remember() {
     for (const Touch& touch : touches_) {
         const bool touched = touch.pair->gap<kContactGap, presses = touch.press> 0;
         if (touched == presses && !touch.stops) continue;
-        for (const int at : {touch.first, touch.second})
-            if (at >= 0) forget(bodies_[at].number);
+        for (const End& end : touch.ends)
+            if (end.body >= 0) forget(bodies_[end.body].number);
     }
 }
 
@@ -94,29 +94,28 @@ void CompliantStep::add_pair(Sides::Pair& pair) {
     };
     Touch touch{};
     touch.pair = &pair;
-    touch.first = place(pair.first);
-    touch.second = place(pair.second);
-    if (touch.first < 0 && touch.second < 0) return;
     const double nx = pair.normal[0], ny = pair.normal[1];
-    int i = 0;
-    for (const int at : {touch.first, touch.second}) {
-        const double x = at < 0 ? 0 : pair.point[0] - bodies_[at].x, y = at < 0 ? 0 : pair.point[1] - bodies_[at].y;
-        touch.arm[i++] = x * ny - y * nx;
-        touch.arm[i++] = x * nx + y * ny;  // of the tangent (-ny, nx)
+    for (const int i : {0, 1}) {
+        End& end = touch.ends[i];
+        end.body = place(i == 0 ? pair.first : pair.second);
+        if (end.body < 0) continue;
+        const double sign = i == 0 ? 1 : -1, x = pair.point[0] - bodies_[end.body].x,
+                     y = pair.point[1] - bodies_[end.body].y;
+        end.normal << sign * nx, sign * ny, sign * (x * ny - y * nx);
+        end.tangent << -sign * ny, sign * nx, sign * (x * nx + y * ny);
     }
+    const int first = touch.ends[0].body, second = touch.ends[1].body;
+    if (first < 0 && second < 0) return;
     touch.stiffness = pair.spring.whole(time_step_);
     touch.push_out = pair.spring.push_out(pair.gap, pair.closing, time_step_);
     touch.stop_push_out = contacts_.push_out(pair.gap + pair.travel);
-    touch.load = std::max(0.0, pair.load);
     touches_.push_back(touch);
     // A blow begins.
     if (pair.travel <= 0 || (pair.load <= 0 && pair.gap < kContactGap))
-        for (const int at : {touch.first, touch.second})
-            if (at >= 0) start_anew(bodies_[at]);
+        for (const int body : {first, second})
+            if (body >= 0) start_anew(bodies_[body]);
     contacts_.note_overlap(-pair.gap - pair.travel);
-    if (touch.first < 0 || touch.second < 0) return;
-    const int first = root(touch.first), second = root(touch.second);
-    bodies_[second].group = first;
+    if (first >= 0 && second >= 0) bodies_[root(second)].group = root(first);
 }
 
 int CompliantStep::root(int body) const {
@@ -152,7 +151,7 @@ bool CompliantStep::solve_group(int group) {
     for (Foot& foot : feet_)
         if (root(foot.body) == group) group_feet_.push_back(&foot);
     for (Touch& touch : touches_)
-        if (root(touch.first < 0 ? touch.second : touch.first) == group) group_touches_.push_back(&touch);
+        if (root(std::max(touch.ends[0].body, touch.ends[1].body)) == group) group_touches_.push_back(&touch);
 
     velocity_.resize(3 * static_cast<Eigen::Index>(group_bodies_.size()));
     for (const Body* body : group_bodies_)
@@ -204,15 +203,12 @@ void CompliantStep::evaluate(double share) {
         residual_[row + 2] -= foot->arm_x * foot->law.fy - foot->arm_y * foot->law.fx;
     }
     for (Touch* touch : group_touches_) {
-        const Vector& n = touch->pair->normal;
         double parting = 0, sliding = 0;
-        int i = 0;
-        for (const int at : {touch->first, touch->second}) {
-            const double sign = i == 0 ? 1 : -1, arm = touch->arm[i++], tangent_arm = touch->arm[i++];
-            if (at < 0) continue;
-            const double* u = &v[bodies_[at].row];
-            parting += sign * (u[0] * n[0] + u[1] * n[1] + u[2] * arm);
-            sliding += sign * (u[1] * n[0] - u[0] * n[1] + u[2] * tangent_arm);
+        for (const End& end : touch->ends) {
+            if (end.body < 0) continue;
+            const double* u = &v[bodies_[end.body].row];
+            parting += u[0] * end.normal[0] + u[1] * end.normal[1] + u[2] * end.normal[2];
+            sliding += u[0] * end.tangent[0] + u[1] * end.tangent[1] + u[2] * end.tangent[2];
         }
         touch->closing = -parting;
         touch->sliding = sliding;
@@ -221,19 +217,15 @@ void CompliantStep::evaluate(double share) {
         touch->press = std::max(0.0, bumper) + std::max(0.0, stop);
         touch->stops = stop > 0;
         touch->rate = (bumper > 0 ? touch->stiffness : 0) + (stop > 0 ? contacts_.rigidity() : 0);
-        touch->load = touch->press;
-        const double limit = touch->pair->side_friction * touch->load;
+        const double limit = touch->pair->side_friction * touch->press;
         const double drag = touch->pair->rubbing - limit / kStickSlip * sliding;
         touch->drag = std::clamp(drag, -limit, limit);
         touch->sticks = std::abs(drag) < limit;
-        i = 0;
-        for (const int at : {touch->first, touch->second}) {
-            const double sign = i == 0 ? 1 : -1, arm = touch->arm[i++], tangent_arm = touch->arm[i++];
-            if (at < 0) continue;
-            double* r = &residual_[bodies_[at].row];
-            r[0] -= sign * (touch->press * n[0] - touch->drag * n[1]);
-            r[1] -= sign * (touch->press * n[1] + touch->drag * n[0]);
-            r[2] -= sign * (touch->press * arm + touch->drag * tangent_arm);
+        if (touch->press == 0) continue;
+        for (const End& end : touch->ends) {
+            if (end.body < 0) continue;
+            double* r = &residual_[bodies_[end.body].row];
+            for (const int k : {0, 1, 2}) r[k] -= touch->press * end.normal[k] + touch->drag * end.tangent[k];
         }
     }
 }
@@ -267,24 +259,16 @@ void CompliantStep::assemble() {
     }
     for (const Touch* touch : group_touches_) {
         if (touch->press == 0) continue;
-        const Vector& n = touch->pair->normal;
         const double mu = touch->pair->side_friction;
-        const double stick = touch->sticks ? mu * touch->load / kStickSlip : 0;
+        const double stick = touch->sticks ? mu * touch->press / kStickSlip : 0;
         const double couple = touch->sticks || touch->drag == 0 ? 0 : std::copysign(mu * touch->rate, touch->drag);
-        const int at[2] = {touch->first, touch->second};
-        for (int a = 0; a < 2; ++a) {
-            if (at[a] < 0) continue;
-            const double sign_a = a == 0 ? 1 : -1;
-            const Eigen::Vector3d normal_a(sign_a * n[0], sign_a * n[1], sign_a * touch->arm[2 * a]);
-            const Eigen::Vector3d tangent_a(-sign_a * n[1], sign_a * n[0], sign_a * touch->arm[2 * a + 1]);
-            for (int b = 0; b < 2; ++b) {
-                if (at[b] < 0) continue;
-                const double sign_b = b == 0 ? 1 : -1;
-                const Eigen::Vector3d normal_b(sign_b * n[0], sign_b * n[1], sign_b * touch->arm[2 * b]);
-                const Eigen::Vector3d tangent_b(-sign_b * n[1], sign_b * n[0], sign_b * touch->arm[2 * b + 1]);
-                block(bodies_[at[a]].row, bodies_[at[b]].row) +=
-                    (touch->rate * normal_a + couple * tangent_a) * normal_b.transpose() +
-                    stick * tangent_a * tangent_b.transpose();
+        for (const End& a : touch->ends) {
+            if (a.body < 0) continue;
+            for (const End& b : touch->ends) {
+                if (b.body < 0) continue;
+                block(bodies_[a.body].row, bodies_[b.body].row) +=
+                    (touch->rate * a.normal + couple * a.tangent) * b.normal.transpose() +
+                    stick * a.tangent * b.tangent.transpose();
             }
         }
     }
@@ -331,10 +315,6 @@ bool CompliantStep::update_loads() {
                 }
             changed |= body->drive->share_loads(forces);
         }
-    for (Touch* touch : group_touches_) {
-        changed |= touch->press != touch->load;
-        touch->load = touch->press;
-    }
     return changed;
 }
 
@@ -353,14 +333,9 @@ void CompliantStep::find_kinks() {
         if (square > 0) add(1 - (foot->slip_x * dx + foot->slip_y * dy) / square);
     }
     for (const Touch* touch : group_touches_) {
-        const Vector& n = touch->pair->normal;
         double change = 0;
-        for (const int i : {0, 1}) {
-            const int at = i == 0 ? touch->first : touch->second;
-            if (at < 0) continue;
-            const double* u = &way[bodies_[at].row];
-            change += (i == 0 ? 1 : -1) * (u[1] * n[0] - u[0] * n[1] + u[2] * touch->arm[2 * i + 1]);
-        }
+        for (const End& end : touch->ends)
+            if (end.body >= 0) change += end.tangent.dot(way.segment<3>(bodies_[end.body].row));
         if (change != 0) add(1 - touch->sliding / change);
     }
     std::sort(kinks_.begin(), kinks_.end());
