@@ -21,7 +21,7 @@ export PIP_ROOT_USER_ACTION := ignore
 BUILD_PACKAGES := g++ cmake ninja-build pkg-config libode-dev libeigen3-dev python3-venv
 TEST_PACKAGES := doctest-dev chromium
 LINT_PACKAGES := clang-format
-FUZZ_PACKAGES := clang
+FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
 
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
