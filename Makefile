@@ -2,7 +2,7 @@
 # Each target installs what it needs, then runs.
 #   make evolve    a small evolution, to a printed Pareto front and a report to open in a browser
 #   make test      all tests, native ones included
-#   make lint      formatting, types, the direction of imports
+#   make lint      formatting, types, the direction of imports, declared dependencies
 #   make sanitize  the native tests under address, undefined-behaviour and thread sanitizers
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
 #   make validation  measure the physics and write docs/validation.md; half an hour
@@ -46,6 +46,7 @@ lint: $(VENV)/installed-lint build/system-lint
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/deptry swarmevo plugins/swarmevo_paper
 	clang-format --dry-run --Werror native/include/*.h native/src/* native/reference/* native/tests/* native/fuzz/*.?pp \
 	  benchmarks/native/*.cpp benchmarks/peers/*.cpp
 
