@@ -22,7 +22,7 @@ import numpy as np
 
 from swarmevo.config import Config
 from swarmevo.protocols import FeedForward, FloatArray
-from swarmevo.simulator import EpisodeKey, Episodes, Scene, library_info, simulate, simulate_lockstep
+from swarmevo.simulation import EpisodeKey, Episodes, Scene, library_info, simulate, simulate_lockstep
 
 F1_CHANNELS = ("infrared", "touch", "rf", "command")
 

@@ -26,10 +26,11 @@ from pathlib import Path
 import numpy as np
 from distributed import Client
 
-from swarmevo import cluster, config
+from swarmevo import config
 from swarmevo.config import Config
-from swarmevo.evaluation import Backend, Evaluator, Job, ThreadBackend, run_job
-from swarmevo.simulator import EpisodeKey
+from swarmevo.evolution import cluster
+from swarmevo.evolution.evaluation import Backend, Evaluator, Job, ThreadBackend, run_job
+from swarmevo.simulation import EpisodeKey
 from swarmevo.testing import random_genomes
 
 MakeBackend = Callable[[str, int], Backend]

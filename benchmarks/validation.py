@@ -23,7 +23,7 @@ from benchmarks import (
     validation_sensors,
 )
 from benchmarks.validation_scenes import Section, Settings, save, wrapped
-from swarmevo import simulator
+from swarmevo import simulation
 
 PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
 
@@ -75,7 +75,7 @@ def compose(parts: dict[str, str]) -> str:
 
 def footnote(seconds: float) -> str:
     """Return the line that says what was measured."""
-    return f"\n*Measured with {simulator.library_info()['build']}, in {seconds:.0f} s.*\n"
+    return f"\n*Measured with {simulation.library_info()['build']}, in {seconds:.0f} s.*\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

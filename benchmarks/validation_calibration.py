@@ -35,7 +35,7 @@ from benchmarks.validation_scenes import (
 )
 from swarmevo.config import Config
 from swarmevo.protocols import FloatArray
-from swarmevo.simulator import Scene, simulate
+from swarmevo.simulation import Scene, simulate
 
 TEAMS = (1, 2, 3, 4, 5)
 STILL = 0.005

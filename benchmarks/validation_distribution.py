@@ -32,7 +32,7 @@ from benchmarks.validation_scenes import (
 from swarmevo.config import Config
 from swarmevo.plugins import create
 from swarmevo.protocols import FeedForward, Fitness, FloatArray
-from swarmevo.simulator import Scene, simulate
+from swarmevo.simulation import Scene, simulate
 
 RESOLUTION = 0.001
 """Of places [m] and headings [rad] in the comparison."""

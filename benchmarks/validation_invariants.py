@@ -22,7 +22,7 @@ from benchmarks.validation_scenes import (
 )
 from swarmevo.config import Config
 from swarmevo.protocols import FeedForward, FloatArray
-from swarmevo.simulator import Episodes, Scene, simulate
+from swarmevo.simulation import Episodes, Scene, simulate
 
 DEEPEST = 0.001
 """Overlap that nothing may exceed, beyond the travel of bumpers [m]."""

@@ -33,8 +33,9 @@ from benchmarks.validation_scenes import (
     turn,
 )
 from swarmevo.config import Config
+from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import Compiled, FloatArray
-from swarmevo.simulator import Episodes, InvalidArgument, Scene, simulate
+from swarmevo.simulation import Episodes, Scene, simulate
 
 STILL = 0.005
 """A box none of whose points moved by more than this was not moved [m]."""

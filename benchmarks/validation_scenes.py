@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from benchmarks.cases import changed
 from swarmevo.config import Config
 from swarmevo.protocols import OBSERVATIONS, FeedForward, FloatArray
-from swarmevo.simulator import EpisodeKey, Episodes, Scene, library_info, simulate
+from swarmevo.simulation import EpisodeKey, Episodes, Scene, library_info, simulate
 
 mpl.use("Agg")
 from matplotlib.figure import Figure  # after the choice of the backend

@@ -27,7 +27,7 @@ from benchmarks.validation_scenes import (
 )
 from swarmevo.config import Config
 from swarmevo.protocols import BoolArray, FloatArray, IntArray
-from swarmevo.simulator import Scene, simulate
+from swarmevo.simulation import Scene, simulate
 
 ROBOTS, ARENA = 8, 0.6
 """Many robots in little room [m], so that sensors have something to see."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmevo import config, evolution, plugins
-from swarmevo.store import Store
+from swarmevo import config, plugins
+from swarmevo.evolution import loop
+from swarmevo.runs.store import Store
 
 SMALL = (
     "episode.horizon=2",
@@ -22,7 +23,7 @@ SMALL = (
 def make(folder: Path, *overrides: str) -> Path:
     """Evolve a small run in a new folder and return it."""
     settings = config.load("quick", [*SMALL, *overrides], plugins.option_errors)
-    evolution.begin(folder, settings)
+    loop.begin(folder, settings)
     with Store.open(folder, readonly=False) as store:
-        evolution.evolve(store, 1, lambda now: None, lambda: False)
+        loop.evolve(store, 1, lambda now: None, lambda: False)
     return folder

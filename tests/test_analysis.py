@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarmevo import analysis, config
+from swarmevo import config
+from swarmevo.analysis import fronts
 from swarmevo.config import Config
 from swarmevo.protocols import Block, FloatArray, GenomeSpace, Objective
-from swarmevo.store import Generation, Store
+from swarmevo.runs.store import Generation, Store
 
 SCORE = Objective("score", "maximise", (0.0, 100.0))
 NEURONS = Objective("neurons", "minimise", (0.0, 15.0))
@@ -57,7 +58,7 @@ def append(store: Store, trial: int, individuals: Sequence[tuple[float, Sequence
     store.append(trial, store.generations(trial), generation, "{}")
 
 
-def gene(store: Store, point: analysis.FrontPoint) -> float:
+def gene(store: Store, point: fronts.FrontPoint) -> float:
     return float(store.genome(point.genome)[0])
 
 
@@ -66,7 +67,7 @@ def gene(store: Store, point: analysis.FrontPoint) -> float:
 
 def test_the_front_holds_the_non_dominated_best_score_first(store: Store) -> None:
     append(store, 0, [(1, [2, 4], 1), (2, [10, 30], 5), (3, [2, 2], 1), (4, [19, 19], 6)])
-    found = analysis.front(store, 0)
+    found = fronts.front(store, 0)
     assert [gene(store, point) for point in found] == [2, 1]
     assert found[0].objectives == {"score": 20.0, "neurons": 5.0}
 
@@ -74,7 +75,7 @@ def test_the_front_holds_the_non_dominated_best_score_first(store: Store) -> Non
 def test_individuals_are_judged_by_all_their_episodes(store: Store) -> None:
     append(store, 0, [(1, [50, 50], 5), (2, [20, 20], 5)])
     append(store, 0, [(1, [0, 0], 5), (2, [40, 40], 5)])
-    (best,) = analysis.front(store, 0)
+    (best,) = fronts.front(store, 0)
     assert gene(store, best) == 2
     assert best.objectives["score"] == 30
     assert (best.episodes, best.first_generation, best.last_generation) == (4, 0, 1)
@@ -82,32 +83,32 @@ def test_individuals_are_judged_by_all_their_episodes(store: Store) -> None:
 
 def test_one_represents_all_with_the_same_objectives(store: Store) -> None:
     append(store, 0, [(1, [3, 5], 1), (2, [4, 4], 1), (3, [0, 8], 1)])
-    assert len(analysis.front(store, 0)) == 1
+    assert len(fronts.front(store, 0)) == 1
 
 
 def test_the_front_over_all_trials(store: Store) -> None:
     append(store, 0, [(1, [10, 10], 3)])
     append(store, 1, [(2, [20, 20], 3), (3, [5, 5], 1)])
-    assert [(point.trial, gene(store, point)) for point in analysis.front(store)] == [(1, 2), (1, 3)]
-    assert [gene(store, point) for point in analysis.front(store, 0)] == [1]
+    assert [(point.trial, gene(store, point)) for point in fronts.front(store)] == [(1, 2), (1, 3)]
+    assert [gene(store, point) for point in fronts.front(store, 0)] == [1]
 
 
 def test_rates_and_times(store: Store) -> None:
     append(store, 0, [(1, [10, 0], 3)])
-    (point,) = analysis.front(store, 0)
+    (point,) = fronts.front(store, 0)
     assert (point.homing_rate, point.homing_time) == (0.25, 2.0)  # one of two robots in one of two episodes
     assert (point.push_rate, point.push_time) == (0.5, 4.0)
 
 
 def test_what_never_happened_has_no_time(store: Store) -> None:
     append(store, 0, [(1, [0, 0], 3)])
-    (point,) = analysis.front(store, 0)
+    (point,) = fronts.front(store, 0)
     assert (point.homing_time, point.push_time) == (None, None)
 
 
 def test_an_empty_run_has_an_empty_front(store: Store) -> None:
-    assert analysis.front(store) == []
-    assert analysis.summarise(store).trials == []
+    assert fronts.front(store) == []
+    assert fronts.summarise(store).trials == []
 
 
 # ---- hypervolume -----------------------------------------------------------------------------------------------------
@@ -124,13 +125,13 @@ def test_an_empty_run_has_an_empty_front(store: Store) -> None:
     ],
 )
 def test_hypervolume_is_measured_from_the_worse_ends(points: list[list[float]], volume: float) -> None:
-    assert analysis.hypervolume([SCORE, NEURONS], np.array(points, dtype=float)) == pytest.approx(volume)
+    assert fronts.hypervolume([SCORE, NEURONS], np.array(points, dtype=float)) == pytest.approx(volume)
 
 
 def test_history_is_judged_by_what_was_known_then(store: Store) -> None:
     append(store, 0, [(1, [10, 10], 5)])
     append(store, 0, [(1, [0, 0], 5), (2, [4, 4], 1)])
-    first, second = analysis.history(store, 0)
+    first, second = fronts.history(store, 0)
     assert (first.hypervolume, first.front_size, first.best) == (100, 1, {"score": 10, "neurons": 5})
     assert (second.hypervolume, second.front_size, second.best) == (5 * 10 + 4 * 4, 2, {"score": 5, "neurons": 1})
 
@@ -139,11 +140,11 @@ def test_history_ends_at_the_front(store: Store) -> None:
     rng = np.random.default_rng(0)
     for _ in range(5):
         append(store, 0, [(g, rng.random(2) * 50, rng.integers(0, 15)) for g in rng.integers(0, 9, 6)])
-    front = analysis.front(store, 0)
-    last = analysis.history(store, 0)[-1]
+    front = fronts.front(store, 0)
+    last = fronts.history(store, 0)[-1]
     points = np.array([list(point.objectives.values()) for point in front])
     assert last.front_size == len(front)
-    assert last.hypervolume == pytest.approx(analysis.hypervolume(store.objectives, points))
+    assert last.hypervolume == pytest.approx(fronts.hypervolume(store.objectives, points))
 
 
 # ---- the run as a whole ----------------------------------------------------------------------------------------------
@@ -153,14 +154,14 @@ def test_summary_and_cost(store: Store) -> None:
     for trial in range(2):
         append(store, trial, [(1, [1, 2], 3), (2, [0, 0], 4)])
         append(store, trial, [(1, [1, 2], 3), (3, [0, 0], 4)])
-        assert analysis.summarise(store).complete == (trial == 1)
-    summary = analysis.summarise(store)
+        assert fronts.summarise(store).complete == (trial == 1)
+    summary = fronts.summarise(store)
     assert (summary.seed, summary.trials_planned, summary.generations_planned) == (5, 2, 2)
     assert [trial.trial for trial in summary.trials] == [0, 1]
     cost = summary.cost
     assert (cost.generations, cost.individuals, cost.genomes, cost.episodes) == (4, 8, 3, 16)
     assert (cost.simulated_seconds, cost.seconds, cost.ode_messages) == (160.0, 2.0, 16)
-    assert analysis.generations(store) == (4, 4)
+    assert fronts.generations(store) == (4, 4)
 
 
 # ---- forecast --------------------------------------------------------------------------------------------------------
@@ -181,7 +182,7 @@ class FakeEvaluator:
 
 def test_forecast() -> None:
     evaluator: Any = FakeEvaluator()
-    found = analysis.forecast(SETTINGS, evaluator, workers=3)
+    found = fronts.forecast(SETTINGS, evaluator, workers=3)
     assert found.episodes == 2 * 2 * 3 * 2  # trials, generations, population, repeats
     assert found.simulated_seconds == 240
     assert found.episodes_per_second == pytest.approx(20)

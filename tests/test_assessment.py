@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import small_runs
-from swarmevo import analysis, assessment, config
-from swarmevo.assessment import PAPER, Outcome
-from swarmevo.config import ConfigError
-from swarmevo.evaluation import Interrupted
-from swarmevo.store import Store, StoreError
+from swarmevo import config
+from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis.assessment import PAPER, Outcome
+from swarmevo.errors import ConfigError, Interrupted, StoreError
+from swarmevo.runs.store import Store
 
 
 @pytest.fixture(scope="module")
@@ -54,10 +54,10 @@ def test_the_papers_table() -> None:
 def test_every_controller_of_every_front_is_tested(run: Path) -> None:
     found = assess(run)
     with Store.open(run) as store:
-        fronts = [(trial, point.genome) for trial in (0, 1) for point in analysis.front(store, trial)]
-    assert [(one.trial, one.genome) for one in found.controllers] == fronts
+        points = [(trial, point.genome) for trial in (0, 1) for point in fronts.front(store, trial)]
+    assert [(one.trial, one.genome) for one in found.controllers] == points
     assert [row.robots for row in found.rows] == [1, 3]
-    assert all(row.tests == 2 * len(fronts) for row in found.rows)
+    assert all(row.tests == 2 * len(points) for row in found.rows)
     assert all([outcome.robots for outcome in one.outcomes] == [1, 3] for one in found.controllers)
     assert found.generations == {0: 2, 1: 2}
     assert found.robustness == []
@@ -133,7 +133,7 @@ def test_watching_shows_the_tests(run: Path) -> None:
     found = assess(run, sizes=(3,))
     with Store.open(run) as store:
         seen = assessment.watch(store, tests=2)
-        best = analysis.front(store)[0]
+        best = fronts.front(store)[0]
     assert (seen.genome, seen.trial) == (best.genome, best.trial)
     homing = np.isfinite(seen.telemetry.homing_time).mean()
     (tested,) = [one for one in found.controllers if (one.trial, one.genome) == (best.trial, best.genome)]

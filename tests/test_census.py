@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from swarmevo import census
-from swarmevo.census import Episode
+from swarmevo.analysis import census
+from swarmevo.analysis.census import Episode
 from swarmevo.config import Config
 from swarmevo.protocols import BoolArray, FloatArray, Telemetry
 

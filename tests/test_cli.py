@@ -22,9 +22,10 @@ import pytest
 import yaml
 
 import swarmevo
-from swarmevo import cli, console, doctor, plugins, simulator
-from swarmevo.evolution import Progress
-from swarmevo.store import Store
+from swarmevo import cli, plugins, simulation
+from swarmevo.evolution.loop import Progress
+from swarmevo.runs.store import Store
+from swarmevo.views import console, doctor
 
 SMALL = "episode: {horizon: 1}\nevolution: {population: 4, generations: 2, trials: 2, repeats: 1}\n"
 
@@ -388,9 +389,9 @@ def test_doctor_finds_nothing(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPat
 
 def test_doctor_says_what_to_do(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail() -> None:
-        raise simulator.SimulatorError("the assertion was not caught")
+        raise simulation.SimulatorError("the assertion was not caught")
 
-    monkeypatch.setattr(simulator, "selftest", fail)
+    monkeypatch.setattr(simulation, "selftest", fail)
     monkeypatch.setattr(plugins, "discover", list)
     done = swarmevo_("doctor")
     assert done.code == 1

@@ -16,13 +16,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarmevo import cli, cluster
+from swarmevo import cli
 from swarmevo import config as configuration
-from swarmevo.cluster import ClusterError, DaskBackend
 from swarmevo.config import Config
-from swarmevo.evaluation import EvaluationError, Evaluator, Interrupted, never
-from swarmevo.evolution import begin, evolve
-from swarmevo.store import DATABASE_FILE, Store
+from swarmevo.errors import ClusterError, EvaluationError, Interrupted
+from swarmevo.evolution import cluster
+from swarmevo.evolution.cluster import DaskBackend
+from swarmevo.evolution.evaluation import Evaluator, never
+from swarmevo.evolution.loop import begin, evolve
+from swarmevo.runs.store import DATABASE_FILE, Store
 
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
@@ -257,7 +259,7 @@ def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -
 
 def test_dask_is_imported_for_a_cluster_alone() -> None:
     code = (
-        "import sys\nfrom swarmevo import cluster, evolution\n"
+        "import sys\nfrom swarmevo.evolution import cluster\nfrom swarmevo.evolution import loop\n"
         "print({'dask', 'distributed'} & set(sys.modules) or 'none')"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

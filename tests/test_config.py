@@ -13,8 +13,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmevo import config, config_messages
-from swarmevo.config import Config, ConfigError
+from swarmevo import config
+from swarmevo.config import Config
+from swarmevo.config import messages as config_messages
+from swarmevo.errors import ConfigError
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 
@@ -39,7 +41,7 @@ def errors(load: Any) -> Any:
         with pytest.raises(ConfigError) as caught:
             load(text, *overrides, check=check)
         assert all("\n" not in line for line in caught.value.errors)
-        return caught.value.errors
+        return list(caught.value.errors)
 
     return errors_of
 

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmevo import console, doctor, simulator
-from swarmevo.doctor import Finding
+from swarmevo import simulation
+from swarmevo.views import console, doctor
+from swarmevo.views.doctor import Finding
 
 ROOT = Path(__file__).parents[1]
 
@@ -28,7 +29,7 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def examine(checkout: Path, build: str, monkeypatch: pytest.MonkeyPatch) -> list[Finding]:
-    monkeypatch.setattr(simulator, "library_info", lambda: {"build": build})
+    monkeypatch.setattr(simulation, "library_info", lambda: {"build": build})
     return list(doctor._sources(checkout))
 
 
@@ -64,10 +65,10 @@ def test_nothing_is_said_where_there_is_nothing_to_compare(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail() -> None:
-        raise simulator.SimulatorError("cannot be loaded")
+        raise simulation.SimulatorError("cannot be loaded")
 
     assert examine(tmp_path / "site-packages", "ODE 1, sources 0123456789abcdef", monkeypatch) == []
-    monkeypatch.setattr(simulator, "library_info", fail)
+    monkeypatch.setattr(simulation, "library_info", fail)
     assert list(doctor._sources(checkout)) == []
 
 

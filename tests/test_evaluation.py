@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import toy_plugins
-from swarmevo import evaluation, simulator
+from swarmevo import simulation
 from swarmevo.config import Config
-from swarmevo.evaluation import (
+from swarmevo.errors import EvaluationError, Interrupted
+from swarmevo.evolution import evaluation
+from swarmevo.evolution.evaluation import (
     Evaluation,
-    EvaluationError,
     Evaluator,
-    Interrupted,
     Job,
     JobResult,
     TeamController,
@@ -136,7 +136,7 @@ def test_results_do_not_depend_on_the_cut_into_jobs(genomes_of: str) -> None:
 
 def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> JobResult:
     """Return the results of jobs of a length as one."""
-    keys = [simulator.EpisodeKey(7, 0, 0, repeat) for repeat in range(2)]
+    keys = [simulation.EpisodeKey(7, 0, 0, repeat) for repeat in range(2)]
     places = [(individual, key) for individual in range(len(genomes)) for key in keys]
     results = []
     for start in range(0, len(places), length):
@@ -148,7 +148,7 @@ def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> JobResult:
 
 def test_a_job_is_a_pure_function() -> None:
     config = toy_plugins.config()
-    job = Job(0, (0,), genomes_for(config, 1), (simulator.EpisodeKey(7, 0, 0, 0),))
+    job = Job(0, (0,), genomes_for(config, 1), (simulation.EpisodeKey(7, 0, 0, 0),))
     other = toy_plugins.config(episode={"horizon": 0.5})
     first = run_job(config.model_dump_json(), job)
     between = run_job(other.model_dump_json(), job)
@@ -237,13 +237,13 @@ def test_every_robot_of_every_episode_finds_its_compiled_policy(monkeypatch: pyt
 
     def simulate(scene: Any, policies: Compiled, episodes: Any, robot_policies: Any, channels: Any) -> None:
         seen.append((policies, robot_policies))
-        raise simulator.SimulatorError("not run")
+        raise simulation.SimulatorError("not run")
 
-    monkeypatch.setattr(simulator, "simulate", simulate)
+    monkeypatch.setattr(simulation, "simulate", simulate)
     config = toy_plugins.config(controller="toy_direct", team={"genomes": "individual"})
     genomes = genomes_for(config, 2)
-    keys = tuple(simulator.EpisodeKey(7, 0, 0, repeat) for repeat in range(2))
-    with pytest.raises(simulator.SimulatorError, match="not run"):
+    keys = tuple(simulation.EpisodeKey(7, 0, 0, repeat) for repeat in range(2))
+    with pytest.raises(simulation.SimulatorError, match="not run"):
         run_job(config.model_dump_json(), Job(0, (0, 1), genomes, keys))
     ((policies, robot_policies),) = seen
     assert (policies.function, policies.memory) == (1, 3)
@@ -268,7 +268,7 @@ def test_an_evaluation_stops_when_asked(controller: str, asked: int) -> None:
 
 def test_a_cancelled_job_in_lockstep_ends_within_a_step() -> None:
     config = toy_plugins.config(controller="toy_linear", episode={"horizon": 1000.0})
-    job = Job(0, (0,), genomes_for(config, 1), (simulator.EpisodeKey(7, 0, 0, 0),))
+    job = Job(0, (0,), genomes_for(config, 1), (simulation.EpisodeKey(7, 0, 0, 0),))
     answers = iter([False, False, True])
     with pytest.raises(Interrupted):
         run_job(config.model_dump_json(), job, lambda: next(answers))
@@ -355,9 +355,9 @@ def test_a_controller_in_python_that_fails_is_named(fault: str, told: str) -> No
 
 
 def test_an_episode_that_fails_names_its_individual(monkeypatch: pytest.MonkeyPatch) -> None:
-    simulate = simulator.simulate
+    simulate = simulation.simulate
 
-    def failing(*arguments: Any) -> simulator.Episodes:
+    def failing(*arguments: Any) -> simulation.Episodes:
         done = simulate(*arguments)
         keys = arguments[2]
         failed = [key.repeat == 1 for key in keys]
@@ -367,7 +367,7 @@ def test_an_episode_that_fails_names_its_individual(monkeypatch: pytest.MonkeyPa
             messages=["ODE: LCP went astray" if f else "" for f in failed],
         )
 
-    monkeypatch.setattr(simulator, "simulate", failing)
+    monkeypatch.setattr(simulation, "simulate", failing)
     config = toy_plugins.config()
     with pytest.raises(EvaluationError) as error:
         evaluate(config, genomes_for(config, 1), generation=4)

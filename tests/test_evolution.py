@@ -17,12 +17,12 @@ import pytest
 
 import toy_plugins
 from swarmevo import config as configuration
-from swarmevo import evaluation, evolution
-from swarmevo.config import Config, ConfigError
-from swarmevo.evaluation import EvaluationError, Interrupted, to_costs
-from swarmevo.evolution import Progress, begin, evolve
-from swarmevo.plugins import PluginError
-from swarmevo.store import DATABASE_FILE, Store, StoreError
+from swarmevo.config import Config
+from swarmevo.errors import ConfigError, EvaluationError, Interrupted, PluginError, StoreError
+from swarmevo.evolution import evaluation, loop
+from swarmevo.evolution.evaluation import to_costs
+from swarmevo.evolution.loop import Progress, begin, evolve
+from swarmevo.runs.store import DATABASE_FILE, Store
 
 GENERATIONS, TRIALS = 3, 2
 
@@ -328,8 +328,8 @@ def test_a_run_is_not_continued_with_plugins_that_measure_something_else(
 
 def test_the_time_to_go_is_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(np.cumsum([0.0, 1.0, 0.0, 2.0, 0.0, 6.0, 0.0, 3.0, 0.0, 3.0, 0.0, 3.0]).tolist())
-    monkeypatch.setattr(evolution, "perf_counter", lambda: next(clock))
-    monkeypatch.setattr(evolution, "RECENT_GENERATIONS", 2)
+    monkeypatch.setattr(loop, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(loop, "RECENT_GENERATIONS", 2)
     seen: list[Progress] = []
     run(tmp_path / "run", observe=seen.append)
     assert [p.eta_seconds for p in seen] == [5 * 1.0, 4 * 1.5, 3 * 4.0, 2 * 4.5, 1 * 3.0, 0.0]

@@ -18,14 +18,16 @@ import numpy as np
 import pytest
 
 import toy_plugins
-from swarmevo import cli, export, simulator
+from swarmevo import cli, simulation
 from swarmevo import config as configuration
-from swarmevo._ffi import load
 from swarmevo.config import Config
-from swarmevo.evolution import begin, evolve
-from swarmevo.export import ExportError
+from swarmevo.errors import ExportError, StoreError
+from swarmevo.evolution.loop import begin, evolve
 from swarmevo.protocols import FeedForward, FloatArray
-from swarmevo.store import Store, StoreError
+from swarmevo.runs import export
+from swarmevo.runs.store import Store
+from swarmevo.simulation._ffi import load
+from swarmevo.simulation.policies import native_policies
 
 DOCS = Path(__file__).parents[1] / "docs"
 INPUTS = 300
@@ -106,7 +108,7 @@ def test_every_column_is_documented(folder: Path) -> None:
 def native(policies: FeedForward, observations: FloatArray) -> FloatArray:
     """Return what the library's first network commands."""
     ffi, _ = load()
-    made, keep_alive = simulator._native_policies(policies)
+    made, keep_alive = native_policies(policies)
     commands = np.empty((len(observations), 2))
     for observation, command in zip(observations, commands, strict=True):
         made[0].function(
@@ -203,7 +205,7 @@ def policies_of(folder: Path, genome: int) -> tuple[FeedForward, Config]:
     settings = configuration.load(folder / "config.yaml")
     ((name, options),) = settings.controller.items()
     made = plugins.create("controller", name, options)
-    size = made.space(simulator.Scene(settings).info).size
+    size = made.space(simulation.Scene(settings).info).size
     with Store.open(folder) as store:
         return made.policies(store.genome(genome).reshape(-1, size)), settings
 

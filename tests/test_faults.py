@@ -17,12 +17,13 @@ import pytest
 
 import toy_plugins
 from conftest import Distribution
-from swarmevo import evaluation, supervision
 from swarmevo.config import Config
-from swarmevo.evaluation import EvaluationError, Evaluator, Interrupted
-from swarmevo.evolution import begin, evolve
+from swarmevo.errors import EvaluationError, Interrupted
+from swarmevo.evolution import evaluation, processes
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.loop import begin, evolve
 from swarmevo.protocols import FloatArray
-from swarmevo.store import Store
+from swarmevo.runs.store import Store
 
 BAD = 5.0  # first gene of a genome that makes the plugins below fail
 
@@ -182,7 +183,7 @@ def test_a_hanging_episode_can_be_stopped() -> None:
     answers = iter([False, True])
     with Evaluator(settings, 1) as evaluator, pytest.raises(Interrupted):
         evaluator.evaluate(tried, 0, 0, lambda: next(answers))
-    assert not supervision._idle
+    assert not processes._idle
 
 
 def test_a_generation_in_which_everything_fails_ends_the_run() -> None:
@@ -220,7 +221,7 @@ def never() -> bool:
 
 
 def call(function: Callable[..., Any], *arguments: object, limit: float = 60.0) -> Any:
-    with supervision.child() as child:
+    with processes.child() as child:
         return child.call(function, arguments, limit, never)
 
 
@@ -232,18 +233,18 @@ def test_calls_share_a_process_until_it_is_lost() -> None:
     with pytest.raises(ZeroDivisionError):
         call(divmod, 1, 0)
     assert call(os.getpid) == first
-    with pytest.raises(supervision.Lost, match="ended its process: exit code 3"):
+    with pytest.raises(processes.Lost, match="ended its process: exit code 3"):
         call(os._exit, 3)
     assert call(os.getpid) != first
-    supervision.dismiss()
-    assert not supervision._idle
+    processes.dismiss()
+    assert not processes._idle
 
 
 def test_a_child_does_not_outlive_its_parent() -> None:
 
     program = (
-        "import os, threading\nfrom swarmevo import supervision\n"
-        "with supervision.child() as child:\n"
+        "import os, threading\nfrom swarmevo.evolution import processes\n"
+        "with processes.child() as child:\n"
         "    print(child.call(os.getpid, (), 60, lambda: False), flush=True)\n"
         "    threading.Timer(0.1, lambda: os._exit(9)).start()\n"
         "    child.call(eval, ('exec(\"while True: pass\")',), 60, lambda: False)\n"

@@ -9,13 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-from swarmevo import simulator
+from swarmevo import simulation
 
 
 def load_in_new_process(library: Path) -> str:
     """Return the error that loading ``library`` ends with; empty if there is none."""
     code = (
-        "from swarmevo.simulator import SimulatorError, library_info\n"
+        "from swarmevo.simulation import SimulatorError, library_info\n"
         "try: library_info()\n"
         "except SimulatorError as error: print(error)"
     )
@@ -31,7 +31,7 @@ def load_in_new_process(library: Path) -> str:
 
 def copy_of_library(folder: Path) -> tuple[Path, Path]:
     """Copy library and header into ``folder`` and return both paths."""
-    path = Path(simulator.library_info()["path"])
+    path = Path(simulation.library_info()["path"])
     return Path(shutil.copy(path, folder)), Path(shutil.copy(path.with_name("swarmevo.h"), folder))
 
 

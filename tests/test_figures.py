@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 
 import small_runs
-from swarmevo import analysis, assessment, figures, replay_scene
+from swarmevo.analysis import assessment, fronts
+from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
-from swarmevo.store import Store, StoreError
+from swarmevo.runs.store import Store
+from swarmevo.views import figures
+from swarmevo.views.replay import scene as replay_scene
 
 
 @pytest.fixture(scope="module")
@@ -26,9 +29,7 @@ def test_fronts_have_a_marker_for_each_point_and_a_line_for_all(run: Path) -> No
     (axes,) = picture.axes
     with Store.open(run) as store:
         for trial, line in enumerate(axes.lines[:2]):
-            points = [
-                (p.objectives["hidden_neurons"], p.objectives["box_pushing"]) for p in analysis.front(store, trial)
-            ]
+            points = [(p.objectives["hidden_neurons"], p.objectives["box_pushing"]) for p in fronts.front(store, trial)]
             assert np.allclose(line.get_xydata(), points)
     assert axes.get_xlabel() == "hidden neurons (fewer is better)"
     assert axes.get_ylabel() == "box pushing (more is better)"
@@ -38,7 +39,7 @@ def test_fronts_have_a_marker_for_each_point_and_a_line_for_all(run: Path) -> No
 def test_hypervolume_is_that_of_analysis(run: Path) -> None:
     (axes,) = figures.hypervolume(run).axes
     with Store.open(run) as store:
-        expected = [[step.hypervolume for step in analysis.history(store, trial)] for trial in (0, 1)]
+        expected = [[step.hypervolume for step in fronts.history(store, trial)] for trial in (0, 1)]
     assert np.allclose([line.get_ydata() for line in axes.lines[:2]], expected)
     assert np.allclose(axes.lines[2].get_ydata(), np.median(expected, axis=0))
 
@@ -80,7 +81,7 @@ def test_a_path_ends_when_the_box_is_there(run: Path) -> None:
 
 def test_the_network_has_what_is_switched_on(run: Path) -> None:
     with Store.open(run) as store:
-        point = max(analysis.front(store, 0), key=lambda point: point.objectives["hidden_neurons"])
+        point = max(fronts.front(store, 0), key=lambda point: point.objectives["hidden_neurons"])
     hidden = int(point.objectives["hidden_neurons"])
     (axes,) = figures.network(run, point.genome).axes
     names = [text.get_text() for text in axes.texts]
@@ -114,7 +115,7 @@ def test_trials_can_be_told_apart() -> None:
 
 
 def test_the_page_has_as_many_shapes_as_the_figures() -> None:
-    page = (Path(figures.__file__).parent / "report_page" / "report.js").read_text()
+    page = (Path(figures.__file__).parent / "report" / "assets" / "report.js").read_text()
     shapes = page.partition("const SHAPES = [")[2].partition("];")[0]
     assert shapes.count('"M') == len(figures.MARKERS)
 
@@ -146,7 +147,7 @@ def test_a_figure_shows_itself_in_a_notebook(run: Path) -> None:
 
 def test_nothing_global_is_touched(run: Path) -> None:
     code = (
-        "import matplotlib\nbefore = dict(matplotlib.rcParams)\nfrom swarmevo import figures\n"
+        "import matplotlib\nbefore = dict(matplotlib.rcParams)\nfrom swarmevo.views import figures\n"
         f"figures.fronts({str(run)!r})\nassert dict(matplotlib.rcParams) == before\n"
         "import matplotlib.pyplot\nassert matplotlib.pyplot.get_fignums() == []"
     )

@@ -20,10 +20,11 @@ from hypothesis import strategies as st
 
 import toy_plugins
 from swarmevo import config as configuration
-from swarmevo import plugins, simulator
-from swarmevo.config import Config, ConfigError
-from swarmevo.evolution import begin, evolve
-from swarmevo.store import CONFIG_FILE, DATABASE_FILE, Store, StoreError, decode_state
+from swarmevo import plugins, simulation
+from swarmevo.config import Config
+from swarmevo.errors import ConfigError, StoreError
+from swarmevo.evolution.loop import begin, evolve
+from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store, decode_state
 
 PAPER = (Path(__file__).parents[1] / "configs" / "paper.yaml").read_bytes()
 EXAMPLES = os.environ.get("FUZZ_EXAMPLES")  # `make fuzz` wants many, others each time
@@ -61,7 +62,7 @@ def check_lines(errors: list[str]) -> None:
 def read_config(file: Path) -> None:
     """Read a configuration as ``swarmevo evolve`` does; what is read must come back."""
     try:
-        found = configuration.load(file, (), lambda c: simulator.scene_errors(c) + plugins.option_errors(c))
+        found = configuration.load(file, (), lambda c: simulation.scene_errors(c) + plugins.option_errors(c))
     except ConfigError as error:
         check_lines(error.errors)
         return

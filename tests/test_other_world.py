@@ -10,9 +10,13 @@ from pathlib import Path
 import pytest
 
 import small_runs
-from swarmevo import assessment, cli, config, other_world, replay, replay_server
-from swarmevo.config import ConfigError
-from swarmevo.store import Store
+from swarmevo import cli, config
+from swarmevo.analysis import assessment
+from swarmevo.errors import ConfigError
+from swarmevo.runs import other_world
+from swarmevo.runs.store import Store
+from swarmevo.views.replay import page as replay
+from swarmevo.views.replay import server as replay_server
 
 ARTICULATED = ["physics.drive=articulated", "physics.time_step=0.005"]
 CHANGES = ["physics.time_step 0.005 (evolved with 0.05)", "physics.drive articulated (evolved with driven_contacts)"]

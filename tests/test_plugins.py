@@ -14,7 +14,7 @@ import pytest
 
 from swarmevo import plugins
 from swarmevo.config import Config
-from swarmevo.plugins import PluginError
+from swarmevo.errors import PluginError
 from swarmevo.protocols import Block, GenomeSpace
 
 Install = Callable[..., Path]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import swarmevo
-from swarmevo import provenance as module
-from swarmevo.provenance import provenance
+from swarmevo.runs import provenance as module
+from swarmevo.runs.provenance import provenance
 
 
 def test_provenance_names_what_a_result_may_depend_on() -> None:

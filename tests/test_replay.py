@@ -20,10 +20,17 @@ from PIL import Image
 from playwright.sync_api import Browser, Page
 
 import browser as browsers
-from swarmevo import analysis, cli, config, evolution, replay, replay_scene, replay_server, replay_video
-from swarmevo.config import Config, ConfigError
-from swarmevo.replay import Chosen, Recording, ReplayError
-from swarmevo.store import Store
+from swarmevo import cli, config
+from swarmevo.analysis import fronts
+from swarmevo.config import Config
+from swarmevo.errors import ConfigError, ReplayError
+from swarmevo.evolution import loop
+from swarmevo.runs.store import Store
+from swarmevo.views.replay import page as replay
+from swarmevo.views.replay import scene as replay_scene
+from swarmevo.views.replay import server as replay_server
+from swarmevo.views.replay import video as replay_video
+from swarmevo.views.replay.page import Chosen, Recording
 
 SHORT = ["episode.horizon=30.0", "evolution.population=4", "evolution.generations=2", "evolution.repeats=2"]
 
@@ -32,9 +39,9 @@ SHORT = ["episode.horizon=30.0", "evolution.population=4", "evolution.generation
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small run."""
     folder = tmp_path_factory.mktemp("runs") / "small"
-    evolution.begin(folder, config.load("quick", [*SHORT, "evolution.seed=1"]))
+    loop.begin(folder, config.load("quick", [*SHORT, "evolution.seed=1"]))
     with Store.open(folder, readonly=False) as store:
-        evolution.evolve(store, 1, lambda _: None)
+        loop.evolve(store, 1, lambda _: None)
     return folder
 
 
@@ -68,7 +75,7 @@ def unpacked(chunk: dict[str, Any], name: str, kind: type[np.generic]) -> NDArra
 
 def test_the_fronts_best_is_chosen(run: Path, chosen: Chosen) -> None:
     with Store.open(run) as store:
-        best = analysis.front(store)[0]
+        best = fronts.front(store)[0]
     assert (chosen.genome, chosen.key) == (best.genome, (1, best.trial, best.last_generation, 0))
 
 

@@ -16,8 +16,11 @@ from playwright.sync_api import Browser, Page
 
 import small_runs
 from browser import Watched, chromium, pixels, watch
-from swarmevo import analysis, assessment, cli, report
-from swarmevo.store import PROVENANCE_FILE, Store, StoreError
+from swarmevo import cli
+from swarmevo.analysis import assessment, fronts
+from swarmevo.errors import StoreError
+from swarmevo.runs.store import PROVENANCE_FILE, Store
+from swarmevo.views.report import page as report
 
 ARTEFACTS = os.environ.get("SWARMEVO_ARTEFACTS")
 """Folder that keeps screenshots, if it is set."""
@@ -47,11 +50,11 @@ def embedded(text: str) -> Any:
 def test_the_page_knows_every_point_and_its_episode(run: Path, page_file: Path) -> None:
     (data,) = embedded(page_file.read_text())
     with Store.open(run) as store:
-        fronts = [(trial, p.genome) for trial in store.trials() for p in analysis.front(store, trial)]
-        best = {(p.trial, p.genome) for p in analysis.front(store)}
-    assert [(point["trial"], point["genome"]) for point in data["points"]] == fronts
+        points = [(trial, p.genome) for trial in store.trials() for p in fronts.front(store, trial)]
+        best = {(p.trial, p.genome) for p in fronts.front(store)}
+    assert [(point["trial"], point["genome"]) for point in data["points"]] == points
     assert {(point["trial"], point["genome"]) for point in data["points"] if point["front"]} == best
-    assert sorted(point["episode"] for point in data["points"]) == list(range(len(fronts)))
+    assert sorted(point["episode"] for point in data["points"]) == list(range(len(points)))
     assert all(episode["warning"] == "" for episode in data["episodes"])  # each is the stored one, to the last bit
     assert all("scene" not in episode for episode in data["episodes"])
 
@@ -94,9 +97,10 @@ def test_the_same_run_gives_the_same_page(run: Path, page_file: Path) -> None:
 
 
 def test_a_run_without_a_generation_is_refused(tmp_path: Path) -> None:
-    from swarmevo import config, evolution
+    from swarmevo import config
+    from swarmevo.evolution import loop
 
-    evolution.begin(tmp_path / "run", config.load("quick", small_runs.SMALL))
+    loop.begin(tmp_path / "run", config.load("quick", small_runs.SMALL))
     with pytest.raises(StoreError, match="at least one generation to report"):
         report.page([tmp_path / "run"])
 

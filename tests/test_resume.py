@@ -23,11 +23,12 @@ import pytest
 
 import toy_plugins
 from swarmevo import config as configuration
-from swarmevo import evaluation, evolution, provenance, store
-from swarmevo.config import ConfigError
-from swarmevo.evaluation import Evaluator, Interrupted, Job, JobResult
-from swarmevo.evolution import MakeBackend, Progress, begin, evolve, extend
-from swarmevo.store import CONFIG_FILE, DATABASE_FILE, Store, StoreError
+from swarmevo.errors import ConfigError, Interrupted, StoreError
+from swarmevo.evolution import evaluation, loop
+from swarmevo.evolution.evaluation import Evaluator, Job, JobResult
+from swarmevo.evolution.loop import MakeBackend, Progress, begin, evolve, extend
+from swarmevo.runs import provenance, store
+from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store
 
 BUDGET = {"generations": 6, "population": 6, "trials": 2, "repeats": 2, "seed": 7}
 KILLS = 50
@@ -398,7 +399,7 @@ def test_episodes_know_the_session_that_ran_them(tmp_path: Path, monkeypatch: py
     with pytest.raises(Interrupted):
         go_on(folder, stop=StopAt(6), backend=OneByOne)
     origin = provenance.provenance
-    monkeypatch.setattr(evolution, "provenance", lambda *given: origin(*given) | {"cpu": "Another One"})
+    monkeypatch.setattr(loop, "provenance", lambda *given: origin(*given) | {"cpu": "Another One"})
     go_on(folder)
     with Store.open(folder) as opened:
         first = opened.sessions(0, 0).ravel()

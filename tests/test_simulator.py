@@ -13,10 +13,11 @@ import pytest
 from numpy.typing import NDArray
 from pydantic.fields import FieldInfo
 
-from swarmevo import simulator
+from swarmevo import simulation
 from swarmevo.config import Config
+from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import CHANNELS, COMMANDS, OBSERVATIONS, Compiled, FeedForward, FloatArray
-from swarmevo.simulator import EpisodeKey, InvalidArgument, Scene, simulate, simulate_lockstep
+from swarmevo.simulation import EpisodeKey, Scene, simulate, simulate_lockstep
 
 WORLD = ("arena", "box", "emitter", "robot", "sensors", "noise", "physics", "episode")
 FIXTURE = Path(__file__).parents[1] / "native" / "tests" / "fixture.hpp"
@@ -72,7 +73,7 @@ def scalar_fields() -> list[tuple[str, str, float, float]]:
 @pytest.mark.parametrize(("section", "name", "low", "high"), scalar_fields())
 def test_ranges_of_config_and_library_are_the_same(section: str, name: str, low: float, high: float) -> None:
     def refused(value: float) -> bool:
-        complaints = simulator.scene_errors(changed(section, **{name: value}))
+        complaints = simulation.scene_errors(changed(section, **{name: value}))
         return any(line.startswith(f"{section}.{name}: expected {low:.10g} to {high:.10g}") for line in complaints)
 
     assert refused(math.nextafter(low, -math.inf))
@@ -126,10 +127,10 @@ def test_every_error_of_a_world_is_listed() -> None:
     config = changed(
         "team", start="poses", start_poses=((0.0, -0.4, 0.0), (0.01, -0.4, 0.0), (0.6, 0.0, 0.0)), robots=3
     )
-    lines = simulator.scene_errors(config)
+    lines = simulation.scene_errors(config)
     assert any("start_poses[1]" in line and "robot 0" in line for line in lines)
     assert any("start_poses[2]" in line and "inside the arena" in line for line in lines)
-    assert simulator.scene_errors(Config()) == []
+    assert simulation.scene_errors(Config()) == []
 
 
 @pytest.mark.parametrize(
@@ -146,19 +147,19 @@ def test_every_error_of_a_world_is_listed() -> None:
     ],
 )
 def test_sizes_that_do_not_fit_together_are_one_line(section: str, values: dict[str, Any], expected: str) -> None:
-    (line,) = simulator.scene_errors(changed(section, **values))
+    (line,) = simulation.scene_errors(changed(section, **values))
     assert line.startswith(expected)
     assert re.search(r", got .*\d", line)
 
 
 def test_number_of_poses_must_fit() -> None:
-    assert "one pose for each of 5 robots, got 0" in simulator.scene_errors(changed("team", start="poses"))[0]
+    assert "one pose for each of 5 robots, got 0" in simulation.scene_errors(changed("team", start="poses"))[0]
 
 
 @pytest.mark.parametrize("robots", [1, 5, 7, 8, 20, 64])
 def test_rows_of_robots_are_symmetric_and_apart(robots: int) -> None:
     team = Config().team.model_copy(update={"robots": robots})
-    poses = simulator.start_poses(team, arena_size=1.0 if robots <= 7 else 3.0)
+    poses = simulation.start_poses(team, arena_size=1.0 if robots <= 7 else 3.0)
     assert poses.shape == (robots, 3)
     gaps = np.linalg.norm(poses[:, None, :2] - poses[None, :, :2], axis=-1) + 10 * np.eye(robots)
     assert gaps.min() > team.row_spacing - 1e-12 if robots > 1 else True
@@ -354,18 +355,18 @@ def test_too_much_telemetry_is_one_clear_error(monkeypatch: pytest.MonkeyPatch) 
         return empty(shape, *args, **kwargs)
 
     monkeypatch.setattr(np, "empty", refuse_channels)
-    with pytest.raises(simulator.SimulatorError, match=r"telemetry pose: expected .* GiB"):
+    with pytest.raises(simulation.SimulatorError, match=r"telemetry pose: expected .* GiB"):
         simulate(scene, policies, keys(1), cloned(1), ["pose"])
 
 
 def test_library_tells_what_it_is_and_survives_an_assertion_of_ode() -> None:
-    info = simulator.library_info()
+    info = simulation.library_info()
     assert "ODE" in info["build"]
-    simulator.selftest()
+    simulation.selftest()
 
 
 def test_observation_and_command_sizes_are_the_headers() -> None:
-    from swarmevo._ffi import load
+    from swarmevo.simulation._ffi import load
 
     _, lib = load()
     assert lib.SWE_OBSERVATIONS == OBSERVATIONS

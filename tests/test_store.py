@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
-from swarmevo.store import (
+from swarmevo.runs.store import (
     CONFIG_FILE,
     DATABASE_FILE,
     LOCK_FILE,
@@ -25,7 +26,6 @@ from swarmevo.store import (
     SCHEMA_VERSION,
     Generation,
     Store,
-    StoreError,
     decode_state,
     encode_state,
 )

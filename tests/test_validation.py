@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from swarmevo import cli, config
 from swarmevo.config import Config
-from swarmevo.simulator import Scene, simulate
+from swarmevo.simulation import Scene, simulate
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[1]))

@@ -12,10 +12,10 @@ import pytest
 
 import toy_plugins
 from swarmevo import cli
-from swarmevo.evaluation import Interrupted
-from swarmevo.evolution import begin, evolve
-from swarmevo.store import CONFIG_FILE, DATABASE_FILE, Store, StoreError
-from swarmevo.verification import Difference, Report, verify
+from swarmevo.errors import Interrupted, StoreError
+from swarmevo.evolution.loop import begin, evolve
+from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store
+from swarmevo.runs.verification import Difference, Report, verify
 
 EVALUATIONS = 2 * (4 + 5 + 6)
 

@@ -29,7 +29,7 @@
 
 namespace {
 
-// ---- the scene, as swarmevo/config_models.py has it; in m, kg, s, rad ----
+// ---- the scene, as swarmevo/config/models.py has it; in m, kg, s, rad ----
 
 constexpr int kRobots = 5, kInfrared = 8, kTouch = 4, kInputs = kInfrared + kTouch + 1, kHidden = 15;
 constexpr float kGravity = 9.81f;          // [m/s^2]

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# ---- the scene, as swarmevo/config_models.py has it; in m, kg, s, rad ----
+# ---- the scene, as swarmevo/config/models.py has it; in m, kg, s, rad ----
 
 ROBOTS, INFRARED, TOUCH, INPUTS, HIDDEN = 5, 8, 4, 13, 15
 GRAVITY = 9.81  # [m/s^2]

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a run found and what it cost: fronts, hypervolume, episodes; and what a run will cost.
+
+An individual is judged by the mean over all its stored episodes of a trial, of all generations and repeats. Of
+individuals with the same objectives one represents all. The hypervolume is measured against a fixed reference, the
+worse end of each objective's range, in the objectives' own units.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import moocore
+import numpy as np
+
+from swarmevo import config
+from swarmevo.protocols import FloatArray, IntArray, Objective
+from swarmevo.runs.store import Store, Totals
+from swarmevo.testing import random_genomes
+
+if TYPE_CHECKING:  # who only looks at a run needs no simulator
+    from swarmevo.evolution.evaluation import Evaluator
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """A non-dominated individual; rates and means are over its stored episodes of one trial."""
+
+    genome: int
+    """Its id in the store."""
+    trial: int
+    first_generation: int
+    last_generation: int
+    episodes: int
+    """Behind every mean here."""
+    objectives: dict[str, float]
+    homing_rate: float
+    """Share of robots that came within the emitter's range."""
+    homing_time: float | None
+    """[s]; None: none did."""
+    push_rate: float
+    """Share of episodes in which the box touched the target wall."""
+    push_time: float | None
+    """[s]; None: it never did."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """How far a trial had come with a generation."""
+
+    generation: int
+    hypervolume: float
+    front_size: int
+    best: dict[str, float]
+    """The best mean of each objective, on the front."""
+
+
+@dataclass(frozen=True)
+class Cost(Totals):
+    """What a run has cost so far."""
+
+    simulated_seconds: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One evolution of a run."""
+
+    trial: int
+    front: list[FrontPoint]
+    history: list[Step]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A run as ``swarmevo show`` tells it."""
+
+    run: str
+    seed: int
+    trials_planned: int
+    generations_planned: int
+    complete: bool
+    objectives: list[Objective]
+    trials: list[Trial]
+    front: list[FrontPoint]
+    """Over all trials."""
+    cost: Cost
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a run will cost, extrapolated from episodes with random genomes.
+
+    Evolved teams that press on the box take longer to simulate than random ones.
+    """
+
+    episodes: int
+    """At most: an optimiser may ask for fewer."""
+    simulated_seconds: float
+    wall_seconds: float
+    workers: int
+    measured_episodes: int
+    episodes_per_second: float
+    """Measured, on all workers."""
+
+
+# ---- fronts ----------------------------------------------------------------------------------------------------------
+
+
+def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
+    """Return the non-dominated individuals of a trial, or of all trials, the best first objective first."""
+    found = store.individuals(trial)
+    best_first = _non_dominated(store.objectives, found.objectives)
+    names = [objective.name for objective in store.objectives]
+    return [
+        FrontPoint(
+            genome=int(found.genome[i]),
+            trial=int(found.trial[i]),
+            first_generation=int(found.first_generation[i]),
+            last_generation=int(found.last_generation[i]),
+            episodes=int(found.episodes[i]),
+            objectives=dict(zip(names, found.objectives[i].tolist(), strict=True)),
+            homing_rate=float(found.homing_rate[i]),
+            homing_time=_seconds(found.homing_time[i]),
+            push_rate=float(found.push_rate[i]),
+            push_time=_seconds(found.push_time[i]),
+        )
+        for i in best_first
+    ]
+
+
+def history(store: Store, trial: int) -> list[Step]:
+    """Return how far a trial had come with each generation, judged by what was known then.
+
+    The front is that of all individuals so far. An individual's mean may fall when it is evaluated again, and the
+    hypervolume with it.
+    """
+    objectives = store.objectives
+    totals: dict[int, FloatArray] = {}  # genome: sum over its evaluations
+    counts: dict[int, int] = {}
+    steps = []
+    for summary in store.summaries(trial):
+        for genome, values in zip(summary.genomes.tolist(), summary.objectives, strict=True):
+            totals[genome] = totals.get(genome, 0.0) + values
+            counts[genome] = counts.get(genome, 0) + 1
+        means = np.array([totals[genome] / counts[genome] for genome in totals])
+        points = means[_non_dominated(objectives, means)]
+        steps.append(
+            Step(
+                generation=summary.number,
+                hypervolume=hypervolume(objectives, points),
+                front_size=len(points),
+                best={o.name: _best(o, points[:, k]) for k, o in enumerate(objectives)},
+            )
+        )
+    return steps
+
+
+def hypervolume(objectives: Sequence[Objective], points: FloatArray) -> float:
+    """Return the volume that ``points`` ``(n, m)`` dominate, against the worse end of each objective's range."""
+    reference = [objective.worst for objective in objectives]
+    return float(moocore.hypervolume(points, ref=reference, maximise=_maximised(objectives)))
+
+
+def _non_dominated(objectives: Sequence[Objective], points: FloatArray) -> IntArray:
+    """Return the indices of the non-dominated rows, one of each kind, the best first objective first."""
+    if len(points) == 0:
+        return np.empty(0, dtype=np.intp)
+    chosen = np.flatnonzero(moocore.is_nondominated(points, maximise=_maximised(objectives)))
+    first = points[chosen, 0]
+    return chosen[np.argsort(-first if objectives[0].direction == "maximise" else first, kind="stable")]
+
+
+def _maximised(objectives: Sequence[Objective]) -> list[bool]:
+    return [objective.direction == "maximise" for objective in objectives]
+
+
+def _best(objective: Objective, values: FloatArray) -> float:
+    return float(values.max() if objective.direction == "maximise" else values.min())
+
+
+def _seconds(time: float) -> float | None:
+    return None if np.isnan(time) else float(time)
+
+
+# ---- the run as a whole ----------------------------------------------------------------------------------------------
+
+
+def summarise(store: Store) -> Summary:
+    """Return a run's fronts, its hypervolume and its cost.
+
+    Raises:
+        ConfigError: The run's configuration is damaged.
+        StoreError: The run cannot be read.
+    """
+    settings = config.load(store.config_path)
+    evolution, totals = settings.evolution, store.totals()
+    return Summary(
+        run=str(store.folder),
+        seed=store.seed,
+        trials_planned=evolution.trials,
+        generations_planned=evolution.generations,
+        complete=all(store.generations(trial) == evolution.generations for trial in range(evolution.trials)),
+        objectives=list(store.objectives),
+        trials=[Trial(trial, front(store, trial), history(store, trial)) for trial in store.trials()],
+        front=front(store),
+        cost=Cost(**asdict(totals), simulated_seconds=totals.episodes * settings.episode.horizon),
+    )
+
+
+def generations(store: Store) -> tuple[int, int]:
+    """Return how many generations are stored, and how many the whole run has, over all trials."""
+    evolution = config.load(store.config_path).evolution
+    return store.totals().generations, evolution.trials * evolution.generations
+
+
+# ---- before a run ----------------------------------------------------------------------------------------------------
+
+
+_EPISODES_PER_WORKER = 4
+"""Of a forecast: enough to keep all workers busy for most of the time, as in a run."""
+
+
+def forecast(settings: config.Config, evaluator: Evaluator, workers: int) -> Forecast:
+    """Measure some episodes with random genomes and return what the whole run will cost.
+
+    Args:
+        settings: Of the run.
+        evaluator: Of the same configuration and number of workers.
+        workers: At least 1.
+
+    Raises:
+        EvaluationError: A plugin or an episode failed.
+    """
+    evolution = settings.evolution
+    wanted = math.ceil(_EPISODES_PER_WORKER * workers / evolution.repeats)
+    genomes = random_genomes(evaluator.space, min(wanted, evolution.population))
+    evaluator.evaluate(genomes[:1], trial=0, generation=0)  # caches warm up
+    seconds = evaluator.evaluate(genomes, trial=0, generation=0).seconds
+    rate = len(genomes) * evolution.repeats / seconds
+    episodes = evolution.trials * evolution.generations * evolution.population * evolution.repeats
+    return Forecast(
+        episodes=episodes,
+        simulated_seconds=episodes * settings.episode.horizon,
+        wall_seconds=episodes / rate,
+        workers=workers,
+        measured_episodes=len(genomes) * evolution.repeats,
+        episodes_per_second=rate,
+    )

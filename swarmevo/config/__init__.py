@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What an experiment is: every key with its range and default, read from YAML, checked, written back."""
+
+from swarmevo.config.messages import did_you_mean
+from swarmevo.config.models import (
+    Arena,
+    Box,
+    Config,
+    Emitter,
+    Episode,
+    Evolution,
+    Noise,
+    Physics,
+    Robot,
+    Section,
+    Sensors,
+    Team,
+)
+from swarmevo.config.reading import dump, load, seeded
+from swarmevo.errors import ConfigError
+
+__all__ = [
+    "Arena",
+    "Box",
+    "Config",
+    "ConfigError",
+    "Emitter",
+    "Episode",
+    "Evolution",
+    "Noise",
+    "Physics",
+    "Robot",
+    "Section",
+    "Sensors",
+    "Team",
+    "did_you_mean",
+    "dump",
+    "load",
+    "seeded",
+]

@@ -1,0 +1,307 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Finding, checking and making plugins.
+
+Plugins are entry points of installed distributions. Finding them imports none of them: a broken one does no harm until
+it is chosen.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from inspect import Parameter
+from typing import Any
+
+import numpy as np
+
+from swarmevo.config import Config, did_you_mean
+from swarmevo.errors import PluginError
+from swarmevo.protocols import (
+    Block,
+    Controller,
+    Fitness,
+    GenomeSpace,
+    NativeController,
+    Optimiser,
+    PythonController,
+    SceneInfo,
+)
+
+GROUPS = {
+    "controller": "swarmevo.controllers",
+    "fitness": "swarmevo.fitness",
+    "optimiser": "swarmevo.optimisers",
+}
+"""Entry-point group of each kind of plugin."""
+
+HOST_PARAMETERS = {
+    "controller": (),
+    "fitness": (),
+    "optimiser": ("space", "population", "objectives", "rng"),
+}
+"""What the host passes to each kind's factory, in this order; all other parameters are options."""
+
+_PROTOCOLS: dict[str, tuple[type, ...]] = {
+    "controller": (NativeController, PythonController),
+    "fitness": (Fitness,),
+    "optimiser": (Optimiser,),
+}
+
+_ANY_SPACE = GenomeSpace((Block("genome", (8,)),))
+
+Factory = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class PluginEntry:
+    """A plugin as its distribution announces it; nothing of it has been imported."""
+
+    kind: str
+    """A key of ``GROUPS``."""
+    name: str
+    target: str
+    """``module:attribute``"""
+    distribution: str
+    version: str
+    clash: bool
+    """Another distribution announces the same name."""
+
+    @property
+    def origin(self) -> str:
+        """Distribution and version."""
+        return f"{self.distribution} {self.version}"
+
+    def __str__(self) -> str:
+        return f"{self.kind}.{self.name} ({self.origin}, {self.target})"
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of loading a plugin."""
+
+    entry: PluginEntry
+    options: tuple[str, ...]
+    """As in the factory's signature, with annotations and defaults."""
+    error: str | None
+    """One line; None: nothing is wrong."""
+
+
+# ---- finding ---------------------------------------------------------------------------------------------------------
+
+
+def discover() -> list[PluginEntry]:
+    """Return all installed plugins, by kind and name, without importing any."""
+    points = [(kind, point) for kind, group in GROUPS.items() for point in metadata.entry_points(group=group)]
+    claims = Counter((kind, point.name) for kind, point in points)
+    entries = [
+        PluginEntry(
+            kind=kind,
+            name=point.name,
+            target=point.value,
+            distribution=point.dist.name if point.dist else "unknown",
+            version=point.dist.version if point.dist else "",
+            clash=claims[kind, point.name] > 1,
+        )
+        for kind, point in points
+    ]
+    return sorted(entries, key=lambda entry: (entry.kind, entry.name, entry.distribution))
+
+
+def find(kind: str, name: str) -> PluginEntry:
+    """Return the plugin of a kind and name.
+
+    Raises:
+        PluginError: There is none, or more than one.
+    """
+    matches = _named(name, [entry for entry in discover() if entry.kind == kind], f"{kind}.{name}")
+    if len(matches) > 1:
+        owners = " and ".join(entry.origin for entry in matches)
+        raise PluginError(f"{kind}.{name}: expected one distribution with this plugin, got {owners}; uninstall one")
+    return matches[0]
+
+
+def _named(name: str, entries: Sequence[PluginEntry], place: str) -> list[PluginEntry]:
+    matches = [entry for entry in entries if entry.name == name]
+    if not matches:
+        known = sorted({entry.name for entry in entries})
+        hint = did_you_mean(name, known) or f"; installed: {', '.join(known) or 'none'}"
+        raise PluginError(f"{place}: no such plugin{hint}")
+    return matches
+
+
+def load(entry: PluginEntry) -> Factory:
+    """Import a plugin and return its factory.
+
+    Raises:
+        PluginError: The import fails, or what it gives cannot be called.
+    """
+    point = metadata.EntryPoint(entry.name, entry.target, GROUPS[entry.kind])
+    try:
+        factory = point.load()
+    except (Exception, SystemExit) as error:  # whatever a stranger's module does when imported
+        raise PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it") from error
+    if not callable(factory):
+        raise PluginError(f"{entry}: expected a factory that can be called, got {type(factory).__name__}")
+    return factory  # type: ignore[no-any-return]  # callable() has told
+
+
+def check(name: str) -> list[Report]:
+    """Load every plugin of a name, of whatever kind, and make it with its defaults.
+
+    Raises:
+        PluginError: There is none.
+    """
+    return [_report(entry) for entry in _named(name, discover(), name)]
+
+
+# ---- making ----------------------------------------------------------------------------------------------------------
+
+
+def create(kind: str, name: str, options: Mapping[str, Any], *args: Any) -> Any:
+    """Load a plugin, check its options and make it.
+
+    Args:
+        kind: A key of ``GROUPS``.
+        name: Of the entry point.
+        options: Keyword arguments of the factory.
+        *args: What the host passes: ``HOST_PARAMETERS[kind]``.
+
+    Raises:
+        PluginError: With everything that is wrong.
+    """
+    entry = find(kind, name)
+    factory = load(entry)
+    wrong = _option_errors(entry, factory, options)
+    if wrong:
+        raise PluginError(*wrong)
+    return _make(entry, factory, options, *args)
+
+
+def option_errors(config: Config) -> list[str]:
+    """Return all that is wrong with the plugins of a configuration and their options, one line each.
+
+    Every plugin is made once, on trial, so that values which its factory refuses are found before anything is run.
+    """
+    errors: list[str] = []
+    controllers = _try_all("controller", config.controller, errors)
+    judges = _try_all("fitness", config.fitness, errors)
+    try:
+        space = _space(config, *controllers)
+        objectives = sum(len(judge.objectives) for judge in judges) or 1
+    except Exception as error:  # whatever a stranger's plugin raises
+        return [*errors, f"controller.{next(iter(config.controller))}: {_reason(error)}"]
+    host = (space, config.evolution.population, objectives, np.random.default_rng(0))
+    _try_all("optimiser", config.optimiser, errors, *host)
+    return errors
+
+
+def _try_all(kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any) -> list[Any]:
+    """Make the chosen plugins of a kind; append what is wrong to ``errors``."""
+    made = []
+    for name, options in chosen.items():
+        try:
+            made.append(create(kind, name, options, *args))
+        except PluginError as error:
+            errors += error.errors
+    return made
+
+
+def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
+    """Return the genome that the optimiser will see, or any if there is no controller to ask."""
+    if controller is None:
+        return _ANY_SPACE
+    steps = round(config.episode.horizon / config.episode.control_period)
+    scene = SceneInfo(config.team.robots, steps, config.episode.control_period)
+    space = controller.space(scene)
+    return space.tile(config.team.robots) if config.team.genomes == "individual" else space
+
+
+def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *args: Any) -> Any:
+    try:
+        plugin = factory(*args, **options)
+    except (Exception, SystemExit) as error:  # whatever a stranger's factory raises
+        # Where the message begins with an option, it reads as that option's place in the configuration.
+        reason = _reason(error)
+        mark = "." if reason.split(":")[0] in options else ": "
+        raise PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})") from error
+    lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]
+    if all(lacking):
+        raise PluginError(f"{entry}: expected the methods of the protocol, got none called {' or '.join(lacking)}")
+    return plugin
+
+
+def _report(entry: PluginEntry) -> Report:
+    options: tuple[str, ...] = ()
+    try:
+        factory = load(entry)
+        parameters = _options(entry.kind, factory) or []
+        options = tuple(map(str, parameters))
+        if not any(map(_is_required, parameters)):
+            host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
+            _make(entry, factory, {}, *host)
+        find(entry.kind, entry.name)
+        return Report(entry, options, None)
+    except PluginError as error:
+        return Report(entry, options, str(error))
+
+
+# ---- options and signatures ------------------------------------------------------------------------------------------
+
+
+def _option_errors(entry: PluginEntry, factory: Factory, options: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with the names of the options, one line each."""
+    parameters = _options(entry.kind, factory)
+    if parameters is None:
+        return []
+    known = [parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD]
+    takes_any = len(known) < len(parameters)
+    path, has = f"{entry.kind}.{entry.name}", f"; {entry.name} has {', '.join(known) or 'no options'}"
+    unknown = [
+        f"{path}.{name}: unknown option of {entry.origin}{did_you_mean(name, known) or has}"
+        for name in options
+        if name not in known and not takes_any
+    ]
+    missing = [
+        f"{path}.{parameter.name}: expected a value, got none; {entry.origin} has no default for it"
+        for parameter in parameters
+        if _is_required(parameter) and parameter.name not in options
+    ]
+    return unknown + missing
+
+
+def _options(kind: str, factory: Factory) -> list[Parameter] | None:
+    """Return the parameters of a factory that are options; None: it has no signature that Python knows."""
+    try:
+        parameters = list(_signature(factory).parameters.values())
+    except (TypeError, ValueError):
+        return None
+    for _ in HOST_PARAMETERS[kind]:
+        if parameters and parameters[0].kind in (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD):
+            parameters.pop(0)
+    return [parameter for parameter in parameters if parameter.kind is not parameter.VAR_POSITIONAL]
+
+
+def _signature(factory: Factory) -> inspect.Signature:
+    try:
+        return inspect.signature(factory, eval_str=True)  # so that choices can be shown
+    except Exception:  # an annotation may name what exists for type checkers only
+        return inspect.signature(factory)
+
+
+def _is_required(parameter: Parameter) -> bool:
+    return parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
+
+
+def _lacking(plugin: object, protocol: type) -> str:
+    """Return the names in ``protocol`` that a plugin does not have."""
+    names = {name for base in protocol.__mro__ for name in vars(base) if not name.startswith("_")}
+    return ", ".join(sorted(name for name in names if not hasattr(plugin, name)))
+
+
+def _reason(error: BaseException) -> str:
+    """Return an exception's message as one line; what is no ValueError with its type."""
+    message = " ".join(str(error).split())
+    return message if message and isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")

@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run for other programs: every episode as CSV or JSON, a controller as JSON or as C for an E-puck or for Webots."""
+
+from __future__ import annotations
+
+import csv
+import json
+import string
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any, Final, Literal, TextIO
+
+import numpy as np
+
+from swarmevo import __version__, plugins, simulation
+from swarmevo import config as configuration
+from swarmevo.config import Config
+from swarmevo.errors import ExportError
+from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, GenomeSpace
+from swarmevo.runs.store import Store
+
+FORMAT: Final = 1
+"""Of the JSON that this module writes."""
+Target = Literal["epuck", "webots"]
+
+OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i in range(4)), "signal_strength")
+"""In the order of a controller's input."""
+
+
+# ---- episodes --------------------------------------------------------------------------------------------------------
+
+
+def columns(store: Store) -> dict[str, str]:
+    """Return the columns of :func:`episodes` with their meanings, in order."""
+    return {
+        "trial": "from 0",
+        "generation": "from 0",
+        "individual": "place in the generation, from 0",
+        "repeat": "from 0; with the run's seed, trial and generation it keys everything random in the episode",
+        "genome": "id of the individual's genome",
+        **{
+            objective.name: f"objective, to {objective.direction}, from {objective.range[0]:g} to "
+            f"{objective.range[1]:g}; as measured in this episode"
+            for objective in store.objectives
+        },
+        "push_time": "first touch of box and target wall [s]; empty: never",
+        **{
+            f"homing_time_{j}": f"robot {j} first within the emitter's range [s]; empty: never"
+            for j in range(store.robots)
+        },
+        "ode_messages": "warnings of the physics library",
+        "unsolved_steps": "time steps that it could not solve",
+        "hash": "of the trajectory, 16 hexadecimal digits",
+        "session": "that ran it; provenance of each in the JSON export and in run.sqlite",
+        "fault": "why it failed, and has the worst objectives; empty: it did not",
+    }
+
+
+def episodes(store: Store) -> Iterator[tuple[Any, ...]]:
+    """Yield every stored episode as a row of :func:`columns`; None where a cell is empty."""
+    for trial in store.trials():
+        for number in range(store.generations(trial)):
+            yield from _generation(store, trial, number)
+
+
+def _generation(store: Store, trial: int, number: int) -> Iterator[tuple[Any, ...]]:
+    stored, genomes = store.generation(trial, number), store.genome_ids(trial, number)
+    sessions = store.sessions(trial, number)
+    for at in np.ndindex(stored.hash.shape):
+        times = [stored.push_time[at], *stored.homing_time[at]]
+        yield (
+            *(trial, number, *at, int(genomes[at[0]])),
+            *stored.objectives[at].tolist(),
+            *(None if np.isnan(time) else float(time) for time in times),
+            *(int(stored.ode_messages[at]), int(stored.unsolved_steps[at]), f"{stored.hash[at]:016x}"),
+            *(int(sessions[at]), stored.faults.get(at)),
+        )
+
+
+def write_csv(store: Store, out: TextIO) -> None:
+    """Write every episode as a line of CSV after one with the columns' names; numbers keep all their bits."""
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns(store))
+    writer.writerows(episodes(store))
+
+
+def write_json(store: Store, out: TextIO) -> None:
+    """Write configuration, provenance, genomes and episodes as one JSON object; a row stands in one line."""
+    sessions = {
+        int(id): store.session(int(id))
+        for trial in store.trials()
+        for number in range(store.generations(trial))
+        for id in np.unique(store.sessions(trial, number))
+    }
+    head = {
+        "format": FORMAT,
+        "swarmevo": __version__,
+        "config": configuration.load(store.config_path).model_dump(mode="json"),
+        "sessions": sessions,
+        "objectives": [{"name": o.name, "direction": o.direction, "range": list(o.range)} for o in store.objectives],
+        "columns": columns(store),
+    }
+    out.write("{\n")
+    for name, value in head.items():
+        out.write(f"{json.dumps(name)}: {json.dumps(value, allow_nan=False)},\n")
+    _write_rows(out, "genomes", ([id, store.genome(id).tolist()] for id in store.all_genomes()))
+    out.write(",\n")
+    _write_rows(out, "episodes", episodes(store))
+    out.write("\n}\n")
+
+
+def _write_rows(out: TextIO, name: str, rows: Iterator[Sequence[Any]]) -> None:
+    out.write(f"{json.dumps(name)}: [")
+    for i, row in enumerate(rows):
+        out.write(",\n" if i else "\n")
+        out.write(json.dumps(row, allow_nan=False))
+    out.write("]")
+
+
+# ---- a controller ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Network:
+    """A feed-forward network without the hidden units that are off; h hidden units."""
+
+    activation: str
+    input_hidden: FloatArray
+    """``(h, 13)``"""
+    hidden_bias: FloatArray
+    """``(h,)``"""
+    hidden_output: FloatArray
+    """``(h, 2)``"""
+    output_bias: FloatArray
+    """``(2,)``"""
+
+
+def controller(store: Store, genome: int) -> dict[str, Any]:
+    """Return all there is to know about a controller, as plain data.
+
+    Args:
+        store: Of the run.
+        genome: Its id, as ``swarmevo show`` prints it.
+
+    Raises:
+        PluginError: The run's controller plugin cannot be made.
+        StoreError: There is no such genome.
+    """
+    config = configuration.load(store.config_path)
+    genes = store.genome(genome)
+    space, found = _space_and_networks(config, genes)
+    teams = config.team.robots if config.team.genomes == "individual" else 1
+    blocks = space.tile(teams).split(genes) if teams > 1 else space.split(genes)
+    return {
+        "format": FORMAT,
+        "swarmevo": __version__,
+        "run": str(store.folder),
+        "genome": genome,
+        "controller": config.controller,
+        "genes": genes.tolist(),
+        "blocks": {name: block.tolist() for name, block in blocks.items()},
+        "networks": [_plain(network) for network in found],
+        "observations": OBSERVATION_NAMES,
+        "commands": ["left", "right"],
+        "scales": _scales(config),
+    }
+
+
+def networks(config: Config, genes: FloatArray) -> list[Network]:
+    """Return the networks of a genome: one, or one for each robot where each has its own; none if it is no network.
+
+    Raises:
+        PluginError: The controller plugin cannot be made.
+    """
+    return _space_and_networks(config, genes)[1]
+
+
+def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
+    """Return a controller as C99 source that needs no other file.
+
+    Args:
+        store: Of the run.
+        genome: Its id.
+        target: A function for an E-puck's firmware, or a whole Webots controller.
+        robot: Whose, where each robot has a genome of its own.
+
+    Raises:
+        ExportError: The controller is no feed-forward network, or there is no such robot.
+        PluginError: The controller plugin cannot be made.
+        StoreError: There is no such genome.
+    """
+    config = configuration.load(store.config_path)
+    found = networks(config, store.genome(genome))
+    if not found:
+        raise ExportError(f"controller {next(iter(config.controller))}: expected a feed-forward network to write as C")
+    if not 0 <= robot < config.team.robots:
+        raise ExportError(f"robot: expected 0 to {config.team.robots - 1}, got {robot}")
+    network = found[min(robot, len(found) - 1)]
+    own = f", robot {robot}" if len(found) > 1 else ""
+    title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
+    return _template("network").substitute(_values(network, config, title)) + _template(target).template
+
+
+def _space_and_networks(config: Config, genes: FloatArray) -> tuple[GenomeSpace, list[Network]]:
+    ((name, options),) = config.controller.items()
+    made: Any = plugins.create("controller", name, options)
+    space: GenomeSpace = made.space(simulation.Scene(config).info)
+    if not hasattr(made, "policies"):
+        return space, []
+    policies = made.policies(genes.reshape(-1, space.size))
+    return space, list(_networks(policies)) if isinstance(policies, FeedForward) else []
+
+
+def _networks(policies: FeedForward) -> Iterator[Network]:
+    for i, on in enumerate(policies.hidden_switch):
+        inputs, outputs = policies.input_hidden[i][on], policies.hidden_output[i]
+        yield Network(
+            activation=policies.activation,
+            input_hidden=inputs[:, :OBSERVATIONS],
+            hidden_bias=inputs[:, OBSERVATIONS] if policies.bias else np.zeros(len(inputs)),
+            hidden_output=outputs[:, : len(on)][:, on].T,
+            output_bias=outputs[:, len(on)] if policies.bias else np.zeros(COMMANDS),
+        )
+
+
+def _plain(network: Network) -> dict[str, Any]:
+    arrays = ("input_hidden", "hidden_bias", "hidden_output", "output_bias")
+    return {"activation": network.activation, **{name: getattr(network, name).tolist() for name in arrays}}
+
+
+def _scales(config: Config) -> dict[str, float]:
+    """Return what turns a robot's readings into observations, and commands into speeds."""
+    return {
+        "infrared_largest": config.sensors.infrared_curve[0][1],
+        "signal_least": config.emitter.strength[0],
+        "signal_most": config.emitter.strength[1],
+        "top_speed": config.robot.top_speed,
+        "control_period": config.episode.control_period,
+    }
+
+
+# ---- as C ------------------------------------------------------------------------------------------------------------
+
+_LOGISTIC: Final = "1.0 / (1.0 + exp(-x))"
+_ACTIVATIONS: Final = {"tanh": ("tanh(x)", "tanh(x)"), "logistic": (_LOGISTIC, f"2.0 * ({_LOGISTIC}) - 1.0")}
+"""Of hidden units and of outputs, as ``native/src/policy.cpp`` has them."""
+
+
+def _template(name: str) -> string.Template:
+    return string.Template((files("swarmevo.runs") / "templates" / f"{name}.c").read_text(encoding="utf-8"))
+
+
+def _values(network: Network, config: Config, title: str) -> Mapping[str, str]:
+    scales = {name: _number(value) for name, value in _scales(config).items() if name != "control_period"}
+    hidden, output = _ACTIVATIONS[network.activation]
+    h = len(network.hidden_bias)
+    return {
+        **scales,
+        "title": title,
+        "hidden": str(h),
+        "activation": network.activation,
+        "control_period_ms": str(round(1000 * config.episode.control_period)),
+        "input_hidden": _rows(np.vstack([network.input_hidden, np.zeros(OBSERVATIONS)])),
+        "hidden_bias": _row([*network.hidden_bias, 0.0]),
+        "hidden_output": _rows(np.vstack([network.hidden_output, np.zeros(COMMANDS)])),
+        "output_bias": _row(network.output_bias),
+        "hidden_activation": hidden,
+        "output_activation": output,
+    }
+
+
+def _rows(matrix: FloatArray) -> str:
+    return "".join(f"    {{\n{_row(row)}}},\n" for row in matrix)
+
+
+def _row(values: Sequence[float] | FloatArray) -> str:
+    return "".join(f"    {_number(value)},\n" for value in values)
+
+
+def _number(value: float) -> str:
+    """Return a double as C reads it back, bit by bit."""
+    return repr(float(value))
+
+
+def _comment(text: str) -> str:
+    """Return text that cannot end a comment of C or begin a line of its own."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text).replace("*/", "* /").replace("/*", "/ *")

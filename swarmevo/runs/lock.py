@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One writer at a time."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import socket
+from pathlib import Path
+
+from swarmevo.errors import StoreError
+
+
+class WriterLock:
+    """Keeps a second writer out of a run folder.
+
+    The lock is the operating system's (``flock``) and ends with its process, however that ends. It is taken on a file
+    of its own: closing any handle of the database's file would drop SQLite's own locks.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._handle = self._acquire()
+        with contextlib.suppress(OSError):  # only who we are; on a full disk the lock holds all the same
+            os.ftruncate(self._handle, 0)
+            os.write(self._handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
+
+    def _acquire(self) -> int:
+        while True:
+            handle = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                owner = os.read(handle, 200).decode(errors="replace") or "another process"
+                os.close(handle)
+                raise StoreError(f"{self._path.parent}: {owner} is writing it; wait for that, or stop it") from error
+            except OSError:
+                os.close(handle)
+                raise
+            if self._is_still_there(handle):
+                return handle
+            os.close(handle)  # its last owner removed the file while we waited at it: try the new one
+
+    def _is_still_there(self, handle: int) -> bool:
+        try:
+            return os.path.samestat(os.fstat(handle), os.stat(self._path))
+        except FileNotFoundError:
+            return False
+
+    def release(self) -> None:
+        """Let the next writer in."""
+        with contextlib.suppress(OSError):
+            self._path.unlink()
+        os.close(self._handle)

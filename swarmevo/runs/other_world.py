@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run's configuration with another world or team: what its controllers can meet without becoming others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from swarmevo import config, simulation
+from swarmevo.config import Config
+from swarmevo.errors import ConfigError
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.protocols import FloatArray
+from swarmevo.runs.store import Store
+
+SECTIONS: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
+"""May be changed, but for the keys below."""
+FIXED: Final = {
+    "team.robots": "choose the team's size with --robots",
+    "team.genomes": "the stored genomes are of the run's kind of team",
+}
+"""Keys of these sections that may not, and why."""
+
+
+def load(store: Store, overrides: Sequence[str]) -> Config:
+    """Return the configuration of a run, with other settings of its world; the run itself is not changed.
+
+    Args:
+        store: The run.
+        overrides: ``section.key=value``, of SECTIONS.
+
+    Raises:
+        ConfigError: With everything that is wrong.
+        EvaluationError, PluginError, SimulatorError: The run's plugins cannot be made.
+    """
+    if refused := [line for line in map(_refusal, overrides) if line]:
+        raise ConfigError(*refused)
+    if not overrides:
+        return config.load(store.config_path)
+    other = config.load(store.config_path, overrides, simulation.scene_errors)
+    with Evaluator(config.load(store.config_path), workers=1) as run, Evaluator(other, workers=1) as here:
+        if run.space != here.space:
+            raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")
+    return other
+
+
+def _refusal(override: str) -> str:
+    """Return what is wrong with changing this key, one line; "" if nothing is."""
+    key = override.partition("=")[0].strip()
+    section, dot, _ = key.partition(".")
+    if key in FIXED:
+        return f"--set {override}: expected another key; {FIXED[key]}"
+    if dot and section in SECTIONS:
+        return ""
+    return f"--set {override}: expected a key of the world ({', '.join(SECTIONS)}); all else is as the run has it"
+
+
+def changes(store: Store, other: Config) -> list[str]:
+    """Return what ``other`` has changed of a run's configuration, key by key, in words."""
+    run = config.load(store.config_path).model_dump()
+    return [
+        f"{section}.{key} {_shown(value)} (evolved with {_shown(run[section][key])})"
+        for section in SECTIONS
+        for key, value in other.model_dump()[section].items()
+        if value != run[section][key]
+    ]
+
+
+def _shown(value: object) -> str:
+    return str(list(value)) if isinstance(value, tuple) else str(value)
+
+
+# ---- teams of other sizes --------------------------------------------------------------------------------------------
+
+
+def of_size(settings: Config, robots: int) -> Config:
+    """Return the configuration with a team of another size; it stands in the same row, or on the first poses.
+
+    Raises:
+        ConfigError: Each robot has a genome of its own, and there are too few.
+    """
+    team = settings.team
+    if team.genomes == "individual" and robots > team.robots:
+        raise ConfigError(f"--robots: expected at most {team.robots}, for each has its own genome, got {robots}")
+    resized = team.model_copy(update={"robots": robots, "start_poses": team.start_poses[:robots]})
+    return settings.model_copy(update={"team": resized})
+
+
+def first_robots(settings: Config, genomes: FloatArray, evolved_robots: int) -> FloatArray:
+    """Return of ``genomes`` ``(..., size)`` what a team needs: where each robot has its own, those of the first."""
+    if settings.team.genomes == "shared":
+        return genomes
+    return genomes[..., : genomes.shape[-1] // evolved_robots * settings.team.robots]

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Reading a run folder."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import math
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Concatenate, Final, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmevo.errors import StoreError
+from swarmevo.evolution.state import decode_state
+from swarmevo.protocols import FloatArray, Objective
+from swarmevo.runs.database import ADVICE, DATABASE_FILE, explained
+from swarmevo.runs.records import Generation, Individuals, InFlight, Summary, Totals
+
+CONFIG_FILE: Final = "config.yaml"
+
+_MOST_ROBOTS: Final = 64  # as in swarmevo.h; more are not in a sound file
+
+_Returned = TypeVar("_Returned")
+_Given = ParamSpec("_Given")
+
+
+def _readable(
+    method: Callable[Concatenate[StoreReader, _Given], _Returned],
+) -> Callable[Concatenate[StoreReader, _Given], _Returned]:
+    """Make a method of a store that reads say so when what it reads makes no sense."""
+
+    @functools.wraps(method)
+    def read(store: StoreReader, /, *arguments: _Given.args, **named: _Given.kwargs) -> _Returned:
+        try:
+            return method(store, *arguments, **named)
+        except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
+            raise StoreError(f"{store.folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
+
+    return read
+
+
+class StoreReader:
+    """What can be asked of a run folder; every method raises StoreError if the database cannot be read."""
+
+    def __init__(self, folder: Path, database: sqlite3.Connection) -> None:
+        self.folder: Final = folder
+        self._database: Final = database
+        with explained(folder):
+            self.seed, self.robots, self._config_sha256, self._next_config_sha256 = self._run()
+            self.objectives = self._objectives()
+
+    @property
+    def config_path(self) -> Path:
+        """The resolved configuration."""
+        return self.folder / CONFIG_FILE
+
+    @property
+    def config_is_intact(self) -> bool:
+        """Whether the configuration is the one that the run was made with."""
+        with explained(self.folder):
+            digest = sha256(self.config_path.read_bytes())
+        return digest in (self._config_sha256, self._next_config_sha256)
+
+    @_readable
+    def session(self, id: int) -> dict[str, Any]:
+        """Return with what episodes were run: the provenance of a session.
+
+        Raises:
+            StoreError: There is no such session, or it is damaged.
+        """
+        rows = self._rows("SELECT provenance FROM session WHERE id = ?", id)
+        try:
+            found = json.loads(rows[0][0])
+        except (IndexError, ValueError) as error:
+            raise StoreError(f"{self.folder}: the provenance of session {id} is missing or damaged") from error
+        if not isinstance(found, dict):
+            raise StoreError(f"{self.folder}: the provenance of session {id} is damaged")
+        return found
+
+    @_readable
+    def sessions(self, trial: int, number: int) -> NDArray[np.int64]:
+        """Return ``(n, r)``: the session that ran each episode of a generation."""
+        rows = self._rows(
+            "SELECT session, individual FROM episode WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
+            trial,
+            number,
+        )
+        if not rows:
+            raise StoreError(f"{self.folder}: there is no generation {number} of trial {trial}")
+        individuals = len({individual for _, individual in rows})
+        return np.array([session for session, _ in rows], dtype=np.int64).reshape(individuals, -1)
+
+    @_readable
+    def genome_ids(self, trial: int, number: int) -> NDArray[np.int64]:
+        """Return ``(n,)``: the id of each individual's genome in a generation."""
+        rows = self._rows(
+            "SELECT genome FROM individual WHERE trial = ? AND generation = ? ORDER BY number", trial, number
+        )
+        return np.array([id for (id,) in rows], dtype=np.int64)
+
+    @_readable
+    def damaged_genomes(self) -> list[int]:
+        """Return the ids of genomes that are not what was stored."""
+        rows = self._rows("SELECT id, sha256, genes FROM genome ORDER BY id")
+        return [id for id, digest, genes in rows if hashlib.sha256(genes).digest() != digest]
+
+    @_readable
+    def in_flight(self, trial: int, number: int, genomes: FloatArray) -> InFlight:
+        """Return the kept episodes of a generation that is not complete.
+
+        Args:
+            trial: From 0.
+            number: Of the generation, from 0.
+            genomes: ``(n, size)``: the generation's; episodes of others are left out.
+        """
+        found = self._rows(
+            f"SELECT genome, seconds, individual, repeat, {self._result_columns()} FROM in_flight"
+            " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
+            trial,
+            number,
+        )
+        digests = dict(enumerate(map(sha256_of_genes, genomes)))
+        rows = [row for row in found if digests.get(row[2]) == row[0]]
+        places = np.array([row[2:4] for row in rows], dtype=np.int64).reshape(-1, 2)
+        return InFlight(
+            **self._results([row[4:] for row in rows], len(rows)),
+            individual=places[:, 0],
+            repeat=places[:, 1],
+            seconds=max((row[1] for row in rows), default=0.0),
+        )
+
+    @_readable
+    def trials(self) -> list[int]:
+        """Return the trials that have at least one generation, in order."""
+        return [trial for (trial,) in self._rows("SELECT DISTINCT trial FROM generation ORDER BY trial")]
+
+    @_readable
+    def generations(self, trial: int) -> int:
+        """Return how many generations of a trial are stored: 0 to this less one."""
+        return int(self._rows("SELECT COUNT(*) FROM generation WHERE trial = ?", trial)[0][0])
+
+    @_readable
+    def state(self, trial: int) -> dict[str, Any] | None:
+        """Return the optimiser's state after a trial's last stored generation; None: it has none."""
+        rows = self._rows("SELECT state FROM optimiser WHERE trial = ?", trial)
+        try:
+            return decode_state(rows[0][0]) if rows else None
+        except ValueError as error:
+            raise StoreError(f"{self.folder}: the optimiser's state of trial {trial} is damaged: {error}") from error
+
+    @_readable
+    def generation(self, trial: int, number: int) -> Generation:
+        """Return a generation as it was appended.
+
+        Raises:
+            StoreError: It is not stored.
+        """
+        seconds = self._rows("SELECT seconds FROM generation WHERE trial = ? AND number = ?", trial, number)
+        if not seconds:
+            raise StoreError(f"{self.folder}: there is no generation {number} of trial {trial}")
+        genes = self._rows(
+            "SELECT genes FROM individual JOIN genome ON genome.id = individual.genome"
+            " WHERE trial = ? AND generation = ? ORDER BY number",
+            trial,
+            number,
+        )
+        rows = self._rows(
+            f"SELECT fault, {self._result_columns()} FROM episode"
+            " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
+            trial,
+            number,
+        )
+        shape = (len(genes), len(rows) // len(genes))
+        return Generation(
+            **self._results([row[1:] for row in rows], *shape),
+            genomes=np.array([_genes(row) for (row,) in genes]),
+            seconds=seconds[0][0],
+            faults={place: row[0] for place, row in zip(np.ndindex(shape), rows, strict=True) if row[0] is not None},
+        )
+
+    def summaries(self, trial: int) -> Iterator[Summary]:
+        """Yield every stored generation of a trial in short, in order."""
+        for number in range(self.generations(trial)):
+            yield self._summary(trial, number)
+
+    @_readable
+    def _summary(self, trial: int, number: int) -> Summary:
+        means = ", ".join(f"AVG({column})" for column in self._objective_columns())
+        rows = self._rows(
+            f"SELECT genome, COUNT(*), SUM(ode_messages), SUM(unsolved_steps), {means} FROM individual JOIN episode"
+            " ON episode.trial = individual.trial AND episode.generation = individual.generation"
+            " AND episode.individual = individual.number"
+            " WHERE individual.trial = ? AND individual.generation = ?"
+            " GROUP BY individual.number ORDER BY individual.number",
+            trial,
+            number,
+        )
+        seconds = self._rows("SELECT seconds FROM generation WHERE trial = ? AND number = ?", trial, number)
+        counts = np.array([row[:4] for row in rows], dtype=np.int64)
+        return Summary(
+            trial=trial,
+            number=number,
+            genomes=counts[:, 0],
+            objectives=np.array([row[4:] for row in rows], dtype=np.float64),
+            episodes=int(counts[:, 1].sum()),
+            ode_messages=int(counts[:, 2].sum()),
+            unsolved_steps=int(counts[:, 3].sum()),
+            seconds=seconds[0][0],
+        )
+
+    @_readable
+    def individuals(self, trial: int | None = None) -> Individuals:
+        """Return every genome of a trial, or of all trials, with its means over all its episodes.
+
+        They come ordered by trial and genome id; a genome met in two trials comes twice.
+        """
+        homing, means = self._homing_columns(), ", ".join(f"AVG({column})" for column in self._objective_columns())
+        came = " + ".join(f"COUNT({column})" for column in homing)
+        time = " + ".join(f"TOTAL({column})" for column in homing)
+        rows = self._rows(
+            "SELECT genome, individual.trial, MIN(individual.generation), MAX(individual.generation), COUNT(*),"
+            f" {came}, COUNT(push_time), {time}, TOTAL(push_time), {means}"
+            " FROM individual JOIN episode"
+            " ON episode.trial = individual.trial AND episode.generation = individual.generation"
+            " AND episode.individual = individual.number"
+            " WHERE ?1 IS NULL OR individual.trial = ?1"
+            " GROUP BY individual.trial, genome ORDER BY individual.trial, genome",
+            trial,
+        )
+        counts = np.array([row[:7] for row in rows], dtype=np.int64).reshape(-1, 7).T
+        reals = np.array([row[7:] for row in rows], dtype=np.float64).reshape(-1, 2 + len(self.objectives))
+        genome, trials, first, last, episodes, homings, pushes = counts
+        return Individuals(
+            genome=genome,
+            trial=trials,
+            first_generation=first,
+            last_generation=last,
+            episodes=episodes,
+            objectives=reals[:, 2:],
+            homing_rate=homings / (episodes * self.robots),
+            homing_time=_mean(reals[:, 0], homings),
+            push_rate=pushes / episodes,
+            push_time=_mean(reals[:, 1], pushes),
+        )
+
+    @_readable
+    def all_genomes(self) -> list[int]:
+        """Return the ids of all genomes, in order."""
+        return [id for (id,) in self._rows("SELECT id FROM genome ORDER BY id")]
+
+    @_readable
+    def genome(self, id: int) -> FloatArray:
+        """Return the genome ``(size,)`` with an id.
+
+        Raises:
+            StoreError: There is none.
+        """
+        rows = self._rows("SELECT genes FROM genome WHERE id = ?", id)
+        if not rows:
+            raise StoreError(f"{self.folder}: there is no genome {id}")
+        return _genes(rows[0][0])
+
+    @_readable
+    def totals(self, trial: int | None = None) -> Totals:
+        """Return what a trial, or the run, has cost so far."""
+        where = "WHERE ?1 IS NULL OR trial = ?1"
+        generations, seconds = self._rows(f"SELECT COUNT(*), TOTAL(seconds) FROM generation {where}", trial)[0]
+        individuals, genomes = self._rows(f"SELECT COUNT(*), COUNT(DISTINCT genome) FROM individual {where}", trial)[0]
+        episodes, messages, unsolved, faults = self._rows(
+            f"SELECT COUNT(*), TOTAL(ode_messages), TOTAL(unsolved_steps), COUNT(fault) FROM episode {where}", trial
+        )[0]
+        return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds, faults)
+
+    def _rows(self, query: str, *parameters: int | None) -> list[tuple[Any, ...]]:
+        with explained(self.folder):
+            return self._database.execute(query, parameters).fetchall()
+
+    def _result_columns(self) -> str:
+        names = ("hash", "ode_messages", "unsolved_steps", "push_time")
+        return ", ".join([*names, *self._objective_columns(), *self._homing_columns()])
+
+    def _results(self, rows: Sequence[tuple[Any, ...]], *shape: int) -> dict[str, NDArray[Any]]:
+        """Return rows of ``_result_columns`` as :class:`Results` has them, with axes of a ``shape``."""
+        m = len(self.objectives)
+        integers = np.array([row[:3] for row in rows], dtype=np.int64).reshape(*shape, 3)
+        reals = np.array([row[3:] for row in rows], dtype=np.float64).reshape(*shape, 1 + m + self.robots)
+        return {
+            "hash": integers[..., 0].astype(np.uint64),  # SQLite has no unsigned integers
+            "ode_messages": integers[..., 1].astype(np.uint32),
+            "unsolved_steps": integers[..., 2].astype(np.uint32),
+            "push_time": reals[..., 0],  # NULL became NaN
+            "objectives": reals[..., 1 : 1 + m],
+            "homing_time": reals[..., 1 + m :],
+        }
+
+    def _objective_columns(self) -> list[str]:
+        return [f"objective_{k}" for k in range(len(self.objectives))]
+
+    def _homing_columns(self) -> list[str]:
+        return [f"homing_time_{j}" for j in range(self.robots)]
+
+    def _run(self) -> tuple[int, int, str, str | None]:
+        rows = self._rows("SELECT seed, robots, config_sha256, next_config_sha256 FROM run")
+        if len(rows) != 1 or not isinstance(rows[0][1], int) or not 1 <= rows[0][1] <= _MOST_ROBOTS:
+            raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
+        return rows[0]
+
+    def _objectives(self) -> tuple[Objective, ...]:
+        rows = self._rows("SELECT name, direction, low, high FROM objective ORDER BY number")
+        return tuple(Objective(name, direction, (low, high)) for name, direction, low, high in rows)
+
+
+def _genes(content: bytes) -> FloatArray:
+    genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
+    return genes
+
+
+def sha256_of_genes(genome: FloatArray) -> bytes:
+    """Return what tells one genome from another."""
+    return hashlib.sha256(genome.astype("<f8").tobytes()).digest()
+
+
+def _mean(total: FloatArray, count: NDArray[np.int64]) -> FloatArray:
+    """Return ``total / count``, NaN where nothing was counted."""
+    mean: FloatArray = np.divide(total, count, out=np.full(len(total), math.nan), where=count > 0)
+    return mean
+
+
+def sha256(content: bytes) -> str:
+    """Return the SHA-256 in hexadecimal digits."""
+    return hashlib.sha256(content).hexdigest()

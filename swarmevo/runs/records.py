@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a run folder is given and gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmevo.evolution.results import Results
+from swarmevo.protocols import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Generation(Results):
+    """One generation as evaluated: n individuals, r repeats, m objectives."""
+
+    genomes: FloatArray
+    """``(n, size)``"""
+    seconds: float
+    """That the evaluation took."""
+    faults: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    """Why episodes failed, by individual and repeat; theirs are the worst objectives."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InFlight(Results):
+    """k episodes of a generation that is not complete."""
+
+    individual: NDArray[np.int64]
+    """``(k,)``: place in the generation, from 0."""
+    repeat: NDArray[np.int64]
+    """``(k,)``: from 0."""
+    seconds: float
+    """That the generation had taken when the last of them came."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One generation in short, as hypervolume and cost need it."""
+
+    trial: int
+    number: int
+    """From 0."""
+    genomes: NDArray[np.int64]
+    """``(n,)``: id of each individual's genome."""
+    objectives: FloatArray
+    """``(n, m)``: mean over the generation's repeats, each in its own direction."""
+    episodes: int
+    ode_messages: int
+    unsolved_steps: int
+    seconds: float
+    """That the evaluation took."""
+
+
+@dataclass(frozen=True)
+class Individuals:
+    """Genomes, judged by all the episodes that they ran in one trial. First axis: k genomes."""
+
+    genome: NDArray[np.int64]
+    """``(k,)``: id of the genome."""
+    trial: NDArray[np.int64]
+    """``(k,)``"""
+    first_generation: NDArray[np.int64]
+    """``(k,)``: in which it appeared."""
+    last_generation: NDArray[np.int64]
+    """``(k,)``: in which it was last evaluated."""
+    episodes: NDArray[np.int64]
+    """``(k,)``: number of episodes behind the means, over all generations and repeats."""
+    objectives: FloatArray
+    """``(k, m)``: mean over those episodes, each in its own direction."""
+    homing_rate: FloatArray
+    """``(k,)``: share of robots that came within the emitter's range, over those episodes."""
+    homing_time: FloatArray
+    """``(k,)``: mean over the robots that did [s]; NaN: none did."""
+    push_rate: FloatArray
+    """``(k,)``: share of those episodes in which the box touched the target wall."""
+    push_time: FloatArray
+    """``(k,)``: mean over the episodes in which it did [s]; NaN: in none."""
+
+
+@dataclass(frozen=True)
+class Totals:
+    """What a run, or one of its trials, has cost so far."""
+
+    generations: int
+    individuals: int
+    """Evaluated, one for each generation that a genome was in."""
+    genomes: int
+    """Distinct."""
+    episodes: int
+    ode_messages: int
+    unsolved_steps: int
+    seconds: float
+    """That the evaluations took."""
+    faults: int
+    """Episodes that failed."""

@@ -1,0 +1,341 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The run folder: what a run was, did and found.
+
+A run folder holds
+
+- ``config.yaml``: the resolved configuration, every key with its value;
+- ``provenance.json``: what made the run: versions, machine, git revision;
+- ``run.sqlite``: every individual of every generation, each of its episodes, and the optimisers' state; its tables are
+  described in ``database.py``;
+- ``run.lock``, only while somebody writes: held by the operating system, so it vanishes with its process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmevo.errors import StoreError
+from swarmevo.evolution.results import Results
+from swarmevo.evolution.state import decode_state, encode_state
+from swarmevo.protocols import FloatArray, Objective
+from swarmevo.runs.database import (
+    ADVICE,
+    DATABASE_FILE,
+    SCHEMA_VERSION,
+    connect,
+    create_database,
+    explained,
+    prepare_to_write,
+)
+from swarmevo.runs.lock import WriterLock
+from swarmevo.runs.reader import CONFIG_FILE, StoreReader, sha256, sha256_of_genes
+from swarmevo.runs.records import Generation, Individuals, InFlight, Summary, Totals
+
+__all__ = [
+    "CONFIG_FILE",
+    "DATABASE_FILE",
+    "LOCK_FILE",
+    "PROVENANCE_FILE",
+    "SCHEMA_VERSION",
+    "Generation",
+    "InFlight",
+    "Individuals",
+    "Store",
+    "StoreError",
+    "Summary",
+    "Totals",
+    "decode_state",
+    "encode_state",
+]
+
+PROVENANCE_FILE: Final = "provenance.json"
+LOCK_FILE: Final = "run.lock"
+
+_KEEP_SESSIONS: Final = """\
+UPDATE episode SET session = in_flight.session FROM in_flight
+WHERE episode.trial = ? AND episode.generation = ?
+    AND (episode.trial, episode.generation, episode.individual, episode.repeat, episode.hash)
+    = (in_flight.trial, in_flight.generation, in_flight.individual, in_flight.repeat, in_flight.hash)"""
+"""An episode kept from an earlier session stays that session's. The first condition saves SQLite from reading all."""
+
+
+class Store(StoreReader):
+    """An open run folder. Use as a context manager; belongs to one thread.
+
+    Make one with :meth:`create` or :meth:`open`. Every method raises StoreError if the database cannot be read or
+    written.
+    """
+
+    def __init__(self, folder: Path, database: sqlite3.Connection, lock: WriterLock | None) -> None:
+        super().__init__(folder, database)
+        self._lock = lock
+        with explained(folder):
+            self._session = self._last_session()
+
+    @classmethod
+    def create(
+        cls,
+        folder: str | os.PathLike[str],
+        config_yaml: str,
+        provenance: Mapping[str, Any],
+        objectives: Sequence[Objective],
+        robots: int,
+        seed: int,
+    ) -> Self:
+        """Make a run folder and open it for writing.
+
+        Args:
+            folder: Must not exist; its parents are made.
+            config_yaml: The resolved configuration.
+            provenance: See :func:`swarmevo.runs.provenance.provenance`.
+            objectives: In the order of the objectives' axis.
+            robots: In the team.
+            seed: Of everything random in the run.
+
+        Raises:
+            StoreError: The folder exists or cannot be written; nothing is left behind.
+        """
+        folder = Path(folder)
+        with explained(folder):
+            try:
+                folder.mkdir(parents=True)
+            except FileExistsError as error:
+                raise StoreError(f"{folder}: exists already and is never overwritten; choose another name") from error
+        try:
+            with explained(folder):
+                (folder / CONFIG_FILE).write_text(config_yaml, encoding="utf-8")
+                (folder / PROVENANCE_FILE).write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
+                digest = sha256(config_yaml.encode())
+                create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
+            return cls.open(folder, readonly=False)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], *, readonly: bool = True) -> Self:
+        """Open a run folder.
+
+        Args:
+            folder: Made by :meth:`create`.
+            readonly: Only read; possible at any time. Otherwise be its one writer.
+
+        Raises:
+            StoreError: It is no run folder, of another schema version, damaged, or, to write, not writable, written by
+                somebody else, or its configuration was changed.
+        """
+        folder = Path(folder)
+        if not (folder / DATABASE_FILE).is_file():
+            raise StoreError(f"{folder}: expected a run folder, but there is no {DATABASE_FILE} in it")
+        with contextlib.ExitStack() as undo, explained(folder):
+            lock = None
+            if not readonly:
+                lock = WriterLock(folder / LOCK_FILE)
+                undo.callback(lock.release)
+            database = undo.enter_context(contextlib.closing(connect(folder, readonly)))
+            store = cls(folder, database, lock)
+            if not readonly:
+                store._check_intact()
+                prepare_to_write(database)
+                store._settle_config()
+            undo.pop_all()
+        return store
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the folder. A writer leaves the database as one file, which can be read from read-only media too."""
+        if self._lock:
+            with contextlib.suppress(sqlite3.Error):  # somebody is reading: SQLite tidies up later
+                self._database.execute("PRAGMA busy_timeout = 0")
+                self._database.execute("PRAGMA journal_mode = DELETE")
+        self._database.close()
+        if self._lock:
+            self._lock.release()
+            self._lock = None
+
+    # ---- writing
+
+    def append(self, trial: int, number: int, generation: Generation, state: str) -> None:
+        """Store a generation of a trial and the optimiser's state after it, both or neither.
+
+        Args:
+            trial: From 0.
+            number: Of the generation, from 0; the next one of its trial.
+            generation: As evaluated.
+            state: See :func:`encode_state`. It replaces the trial's last one.
+        """
+        with self._transaction():
+            self._check_next(trial, number)
+            self._database.execute(
+                "INSERT INTO generation VALUES (?, ?, ?, ?)",
+                (trial, number, generation.seconds, datetime.now(UTC).isoformat(timespec="seconds")),
+            )
+            self._insert_individuals(trial, number, generation.genomes)
+            self._insert_episodes(trial, number, generation)
+            self._database.execute("REPLACE INTO optimiser VALUES (?, ?, ?)", (trial, number, state))
+            self._database.execute(_KEEP_SESSIONS, (trial, number))
+            self._database.execute("DELETE FROM in_flight")
+
+    def keep(self, trial: int, number: int, genomes: FloatArray, episodes: InFlight) -> None:
+        """Store episodes of the generation in work, to have them if the run is cut short.
+
+        Unlike a generation they may be lost when the machine loses power; a killed process does not lose them.
+
+        Args:
+            trial: From 0.
+            number: Of the generation, from 0; the next one of its trial.
+            genomes: ``(n, size)``, of the whole generation.
+            episodes: Any of its episodes.
+        """
+        digests = [sha256_of_genes(genomes[individual]) for individual in episodes.individual]
+        columns = [episodes.individual, episodes.repeat, *_columns(episodes)]
+        rows = zip(digests, *(column.tolist() for column in columns), strict=True)
+        before = f"{trial:d}, {number:d}, {self._session:d}, {float(episodes.seconds)!r}"
+        with self._transaction(durable=False):
+            self._check_next(trial, number)
+            self._database.executemany(
+                f"REPLACE INTO in_flight VALUES ({before}, {', '.join('?' * (1 + len(columns)))})", rows
+            )
+
+    def begin_session(self, provenance: Mapping[str, Any]) -> None:
+        """Note with what the run goes on; nothing is written if it is the same as before.
+
+        Args:
+            provenance: See :func:`swarmevo.runs.provenance.provenance`.
+        """
+        if _lasting(self.session(self._session)) == _lasting(provenance):
+            return
+        with self._transaction():
+            self._database.execute("INSERT INTO session (provenance) VALUES (?)", (json.dumps(provenance),))
+        self._session = self._last_session()
+
+    def replace_config(self, config_yaml: str) -> None:
+        """Replace the configuration. Whenever the process is killed, the old one or the new one is in force.
+
+        Args:
+            config_yaml: The resolved configuration. That the stored generations fit it is the caller's to know.
+        """
+        digest = sha256(config_yaml.encode())
+        with self._transaction():  # from here on both are accepted
+            self._database.execute("UPDATE run SET next_config_sha256 = ?", (digest,))
+        with explained(self.folder):
+            _write_atomically(self.config_path, config_yaml)
+        self._next_config_sha256 = digest
+        self._settle_config()
+
+    def _settle_config(self) -> None:
+        """Accept no other configuration than the one that is there."""
+        if self._next_config_sha256 is None:
+            return
+        digest = sha256(self.config_path.read_bytes())
+        with self._transaction():
+            self._database.execute("UPDATE run SET config_sha256 = ?, next_config_sha256 = NULL", (digest,))
+        self._config_sha256, self._next_config_sha256 = digest, None
+
+    def _check_next(self, trial: int, number: int) -> None:
+        if number != (expected := self.generations(trial)):
+            raise StoreError(f"{self.folder}: expected generation {expected} of trial {trial}, got {number}")
+
+    def _insert_individuals(self, trial: int, number: int, genomes: FloatArray) -> None:
+        genes = [row.tobytes() for row in genomes.astype("<f8")]
+        digests = [sha256_of_genes(row) for row in genomes]
+        self._database.executemany(
+            "INSERT INTO genome (sha256, genes) VALUES (?, ?) ON CONFLICT (sha256) DO NOTHING",
+            zip(digests, genes, strict=True),
+        )
+        self._database.executemany(
+            f"INSERT INTO individual SELECT {trial:d}, {number:d}, ?, id FROM genome WHERE sha256 = ?",
+            enumerate(digests),
+        )
+
+    def _insert_episodes(self, trial: int, number: int, generation: Generation) -> None:
+        shape = generation.hash.shape
+        columns = [*np.indices(shape).reshape(2, -1), *_columns(generation)]
+        faults = [generation.faults.get(place) for place in np.ndindex(shape)]
+        before, places = f"{trial:d}, {number:d}, {self._session:d}", ", ".join("?" * (1 + len(columns)))
+        self._database.executemany(
+            f"INSERT INTO episode VALUES ({before}, {places})",
+            zip(faults, *(column.tolist() for column in columns), strict=True),
+        )
+
+    @contextlib.contextmanager
+    def _transaction(self, durable: bool = True) -> Iterator[None]:
+        """Commit what is done inside, or nothing of it; if ``durable``, so that it survives a power failure."""
+        if not self._lock:
+            raise StoreError(f"{self.folder}: was opened to be read only; open it with readonly=False")
+        with explained(self.folder):
+            self._database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+            self._database.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._database.execute("COMMIT")
+            except BaseException:
+                if self._database.in_transaction:  # SQLite itself rolls back when the disk is full
+                    self._database.execute("ROLLBACK")
+                raise
+
+    def _last_session(self) -> int:
+        ((last,),) = self._rows("SELECT MAX(id) FROM session")
+        if last is None:
+            raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
+        return int(last)
+
+    def _check_intact(self) -> None:
+        """Refuse to write into a folder that would not hold together."""
+        ((verdict,),) = self._rows("PRAGMA quick_check(1)")
+        if verdict != "ok":
+            raise StoreError(f"{self.folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}")
+        if not self.config_is_intact:
+            raise StoreError(
+                f"{self.folder}: {CONFIG_FILE} was changed since the run began; undo that, or begin another run"
+            )
+
+
+def _columns(results: Results) -> list[NDArray[Any]]:
+    """Return the results of all episodes, one after the other, in the order of the tables' columns."""
+    flat = results.reshaped(results.hash.size)
+    return [
+        flat["hash"].view(np.int64),  # SQLite has no unsigned integers
+        *(flat[name] for name in ("push_time", "ode_messages", "unsolved_steps")),  # NaN becomes NULL
+        *flat["objectives"].T,
+        *flat["homing_time"].T,
+    ]
+
+
+def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a provenance without what changes from session to session though nothing else does."""
+    return {key: value for key, value in provenance.items() if key not in ("created", "config_sha256")}
+
+
+def _write_atomically(path: Path, text: str) -> None:
+    """Replace a file: whenever the process or the machine stops, the old or the new one is there, whole."""
+    fresh = path.with_name(f"{path.name}.new")
+    with fresh.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    fresh.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)

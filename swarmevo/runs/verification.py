@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether a run's results can be had again: stored evaluations are simulated anew and compared, bit by bit.
+
+What differs is explained by the provenance, if it can be: episodes know the session that ran them, and a session knows
+the versions, the library and the machine that it had.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from swarmevo import config as configuration
+from swarmevo.errors import StoreError
+from swarmevo.evolution.evaluation import Evaluation, Evaluator, JobResult, never
+from swarmevo.evolution.loop import check_objectives, origin_of
+from swarmevo.protocols import BoolArray, Objective
+from swarmevo.runs.store import Generation, Store
+
+EXPLAINING: Final = (
+    "swarmevo",
+    "git_revision",
+    "library",
+    "plugins",
+    "numpy",
+    "python",
+    "libc",
+    "platform",
+    "cpu",
+    "worker_cpus",
+)
+"""Entries of the provenance that a result may depend on."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """An episode that did not come out as it is stored."""
+
+    trial: int
+    generation: int
+    individual: int
+    repeat: int
+    genome: int
+    """Its id in the store."""
+    session: int
+    """That ran it."""
+    what: tuple[str, ...]
+    """What differs: ``trajectory``, names of objectives, ``push_time``, ``homing_time``, ``fault``."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of verifying a run."""
+
+    evaluations: int
+    """Individuals of generations, all repeats of each."""
+    checked: int
+    """Of them."""
+    episodes: int
+    """Simulated anew."""
+    differences: tuple[Difference, ...]
+    explanations: tuple[str, ...]
+    """For each session of the differences, one line for each thing that has changed since; or that nothing has."""
+    damaged_genomes: tuple[int, ...]
+    """Ids of genomes that are not what was stored."""
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether everything came out as it is stored."""
+        return not self.differences and not self.damaged_genomes
+
+
+def verify(
+    store: Store,
+    workers: int,
+    sample: int | None = None,
+    observe: Callable[[int, int], None] = lambda done, total: None,
+    stop: Callable[[], bool] = never,
+) -> Report:
+    """Simulate stored evaluations anew.
+
+    Args:
+        store: Of the run.
+        workers: Episodes to run at once; 0 is one for each processor.
+        sample: How many evaluations, drawn at random; None is all.
+        observe: Told how many of how many evaluations are done.
+        stop: Asked between jobs.
+
+    Raises:
+        EvaluationError, PluginError, SimulatorError: The run's configuration cannot be run here.
+        Interrupted: ``stop`` said so.
+        StoreError: The run cannot be read, its configuration was changed, or its plugins now measure something else.
+    """
+    if not store.config_is_intact:
+        raise StoreError(f"{store.config_path}: was changed since the run began; undo that, then verify again")
+    config = configuration.load(store.config_path)
+    places = _places(store)
+    chosen = places if sample is None else _drawn(places, sample)
+    differences: list[Difference] = []
+    done, episodes = 0, 0
+    with Evaluator(config, workers) as evaluator:
+        check_objectives(store, evaluator)
+        for (trial, number), individuals in _by_generation(chosen).items():
+            stored = store.generation(trial, number)
+            wanted = np.isin(np.arange(len(stored.genomes)), individuals)
+            again = evaluator.evaluate(stored.genomes, trial, number, stop, _known(stored, ~wanted))
+            differences += _compare(store, (trial, number), stored, again, wanted)
+            done, episodes = done + len(individuals), episodes + len(individuals) * stored.hash.shape[1]
+            observe(done, len(chosen))
+        now = origin_of(config, evaluator)
+    return Report(
+        evaluations=len(places),
+        checked=len(chosen),
+        episodes=episodes,
+        differences=tuple(differences),
+        explanations=tuple(_explanations(store, differences, now)),
+        damaged_genomes=tuple(store.damaged_genomes()),
+    )
+
+
+# ---- which evaluations -----------------------------------------------------------------------------------------------
+
+Place = tuple[int, int, int]  # trial, generation, individual
+
+
+def _places(store: Store) -> list[Place]:
+    return [
+        (trial, number, individual)
+        for trial in store.trials()
+        for number in range(store.generations(trial))
+        for individual in range(len(store.genome_ids(trial, number)))
+    ]
+
+
+def _drawn(places: Sequence[Place], sample: int) -> list[Place]:
+    drawn = np.random.default_rng().choice(len(places), size=min(sample, len(places)), replace=False)
+    return [places[i] for i in np.sort(drawn)]
+
+
+def _by_generation(places: Sequence[Place]) -> dict[tuple[int, int], list[int]]:
+    found: dict[tuple[int, int], list[int]] = {}
+    for trial, number, individual in places:
+        found.setdefault((trial, number), []).append(individual)
+    return found
+
+
+def _known(stored: Generation, individuals: BoolArray) -> JobResult:
+    """Return the episodes of ``individuals`` ``(n,)`` as results that need not be run."""
+    n, repeats = stored.hash.shape
+    everything = JobResult(
+        **stored.reshaped(n * repeats),
+        places=np.arange(n * repeats),
+        faults=tuple(stored.faults.get(place, "") for place in np.ndindex(n, repeats)),
+        seconds=0.0,
+    )
+    return everything.only(np.repeat(individuals, repeats))
+
+
+# ---- what differs, and why -------------------------------------------------------------------------------------------
+
+
+def _compare(
+    store: Store, place: tuple[int, int], stored: Generation, again: Evaluation, wanted: BoolArray
+) -> Iterator[Difference]:
+    genomes, sessions = store.genome_ids(*place), store.sessions(*place)
+    for individual in np.flatnonzero(wanted).tolist():
+        for repeat in range(stored.hash.shape[1]):
+            what = tuple(_differing(store.objectives, stored, again, individual, repeat))
+            if what:
+                genome, session = int(genomes[individual]), int(sessions[individual, repeat])
+                yield Difference(*place, individual, repeat, genome, session, what)
+
+
+def _differing(
+    objectives: Sequence[Objective], stored: Generation, again: Evaluation, individual: int, repeat: int
+) -> Iterator[str]:
+    at = individual, repeat
+    if stored.hash[at] != again.hash[at]:
+        yield "trajectory"
+    for k, objective in enumerate(objectives):
+        if stored.objectives[at][k] != again.objectives[at][k]:
+            yield objective.name
+    for name in ("push_time", "homing_time"):
+        if not np.array_equal(getattr(stored, name)[at], getattr(again, name)[at], equal_nan=True):
+            yield name
+    if (at in stored.faults) != (at in again.faults):
+        yield "fault"
+
+
+def _explanations(store: Store, differences: Sequence[Difference], now: Mapping[str, Any]) -> Iterator[str]:
+    for session in sorted({difference.session for difference in differences}):
+        changes = list(_changes(store.session(session), now))
+        yield from (f"session {session}: {change}" for change in changes)
+        if not changes:
+            yield (
+                f"session {session}: versions, library and CPU are the same; a plugin is not deterministic, "
+                "or the database was changed"
+            )
+
+
+def _changes(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    """Yield one line for each entry that was different when the episodes ran."""
+    for name in EXPLAINING:
+        before, after = _flat(then.get(name)), _flat(now.get(name))
+        for key in sorted(before.keys() | after.keys()):
+            if before.get(key) != after.get(key) and key != "path":
+                title = f"{name} {key}".rstrip()
+                yield f"{title} was {before.get(key, 'not noted')}, is {after.get(key, 'not noted')}"
+
+
+def _flat(entry: Any) -> dict[str, Any]:
+    if isinstance(entry, Mapping):
+        return dict(entry)
+    if isinstance(entry, list):
+        return {str(i): line for i, line in enumerate(entry)}
+    return {} if entry is None else {"": entry}

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Scenes and episodes in the native library. NumPy in, NumPy out."""
+
+from swarmevo.errors import InvalidArgument, SimulatorError
+from swarmevo.simulation.episodes import EpisodeKey, Episodes, simulate
+from swarmevo.simulation.library import library_info, selftest
+from swarmevo.simulation.lockstep import simulate_lockstep
+from swarmevo.simulation.scene import Scene, scene_errors, start_poses
+
+__all__ = [
+    "EpisodeKey",
+    "Episodes",
+    "InvalidArgument",
+    "Scene",
+    "SimulatorError",
+    "library_info",
+    "scene_errors",
+    "selftest",
+    "simulate",
+    "simulate_lockstep",
+    "start_poses",
+]

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The native library: read the installed header, load the library beside it, turn its errors into exceptions.
+
+The only module that imports cffi. ``SWARMEVO_LIBRARY`` names another library file, say one built with sanitizers; its
+header must lie beside it or in the package.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from cffi import FFI
+
+from swarmevo.errors import InvalidArgument, SimulatorError
+
+_LOADING = threading.Lock()
+_STRUCTS = ("scene_config", "network_config", "policy", "episode", "outcome", "telemetry")  # order of swe_abi_layout
+_CFFI_PART = re.compile(r"/\* \[cffi begins\].*?\*/(.*)/\* \[cffi ends\] \*/", re.DOTALL)
+
+
+def _installed(name: str) -> Path:
+    """Return the path of an installed file of the package; it need not exist.
+
+    In a checkout or an editable install the built files lie elsewhere than the modules; the metadata knows where.
+    """
+    beside = Path(str(files("swarmevo") / name))
+    if beside.exists():
+        return beside
+    with suppress(PackageNotFoundError):
+        for file in distribution("swarmevo").files or ():
+            if file.parts[-2:] == ("swarmevo", name):
+                return Path(str(file.locate()))
+    return beside
+
+
+def library_path() -> Path:
+    """Return the path of the native library; it need not exist."""
+    named = os.environ.get("SWARMEVO_LIBRARY")
+    return Path(named) if named else _installed("libswarmevo.so")
+
+
+def _declarations() -> str:
+    """Return the declarations between the header's two markers."""
+    beside = library_path().with_name("swarmevo.h")
+    header = beside if beside.exists() else _installed("swarmevo.h")
+    try:
+        text = header.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SimulatorError(f"cannot read {header}: {error.strerror}; reinstall swarmevo") from None
+    match = _CFFI_PART.search(text)
+    if match is None:
+        raise SimulatorError(f"{header}: the cffi markers are missing; reinstall swarmevo")
+    return match.group(1)
+
+
+def _check_abi(ffi: FFI, lib: Any, path: Path) -> None:
+    """Refuse a library that was built from another header."""
+    expected: int = lib.SWE_ABI_VERSION
+    try:
+        version = lib.swe_abi_version()
+        sizes = ffi.new("uint32_t[]", lib.SWE_LAYOUT_SIZES)
+        lib.swe_abi_layout(sizes)
+    except AttributeError as error:
+        raise SimulatorError(f"{path}: not a swarmevo library ({error}); reinstall swarmevo") from None
+    if version != expected:
+        raise SimulatorError(f"{path}: expected ABI version {expected}, got {version}; reinstall swarmevo")
+    for name, size in zip(_STRUCTS, sizes, strict=True):
+        if size != ffi.sizeof(f"swe_{name}"):
+            raise SimulatorError(
+                f"{path}: swe_{name} has {size} bytes there and {ffi.sizeof(f'swe_{name}')} here: "
+                "the library is older or newer than its header; reinstall swarmevo"
+            )
+
+
+def load() -> tuple[FFI, Any]:
+    """Return ``(ffi, lib)``, loaded and checked once.
+
+    Raises:
+        SimulatorError: The library is missing, cannot be loaded, or does not fit its header.
+    """
+    with _LOADING:  # by one thread, once
+        return _load()
+
+
+@cache
+def _load() -> tuple[FFI, Any]:
+    ffi = FFI()
+    ffi.cdef(_declarations())
+    path = library_path()
+    try:
+        lib: Any = ffi.dlopen(str(path))
+    except OSError as error:
+        raise SimulatorError(f"cannot load the native library {path}: {error}; reinstall swarmevo") from None
+    _check_abi(ffi, lib, path)
+    return ffi, lib
+
+
+def check(status: int) -> None:
+    """Raise what the library reports.
+
+    Raises:
+        InvalidArgument: An argument was refused.
+        SimulatorError: Anything else.
+    """
+    ffi, lib = load()
+    if status == lib.SWE_OK:
+        return
+    message = ffi.string(lib.swe_error_message()).decode("utf-8", "replace")
+    if status == lib.SWE_INVALID_ARGUMENT:
+        raise InvalidArgument(*message.split("; "))  # as the library joins them, scene.cpp
+    raise SimulatorError(message)

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is known about the native library."""
+
+from __future__ import annotations
+
+from swarmevo.errors import SimulatorError
+from swarmevo.simulation._ffi import library_path, load
+
+
+def library_info() -> dict[str, str]:
+    """Return what is known about the native library: its path, its build and its ABI version.
+
+    Raises:
+        SimulatorError: It cannot be loaded.
+    """
+    ffi, lib = load()
+    return {
+        "path": str(library_path()),
+        "build": ffi.string(lib.swe_build_info()).decode(),
+        "abi": str(lib.swe_abi_version()),
+    }
+
+
+def selftest() -> None:
+    """Provoke an assertion inside ODE and see that it arrives as an error instead of ending the process.
+
+    Raises:
+        SimulatorError: It did not arrive.
+    """
+    _, lib = load()
+    if lib.swe_selftest_ode_error() != lib.SWE_PHYSICS_ERROR:
+        raise SimulatorError("an assertion inside ODE was not caught; reinstall swarmevo")

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether this installation is sound."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarmevo import __version__, plugins
+from swarmevo.config import Config
+
+REINSTALL = "reinstall swarmevo; in a checkout: make evolve"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at."""
+
+    subject: str
+    text: str
+    """What was found, one line."""
+    advice: str = ""
+    """What to do; "" if it is sound."""
+    is_fault: bool = True
+    """Whether it should not stay so, if it is not sound."""
+
+
+def examine() -> list[Finding]:
+    """Look at everything that a run needs."""
+    return [
+        Finding("swarmevo", f"{__version__}, {Path(__file__).parents[1]}"),
+        Finding("Python", f"{platform.python_version()} on {platform.platform()}"),
+        Finding("cores", f"{len(os.sched_getaffinity(0))} usable of {os.cpu_count()}"),
+        _look("library", _library),
+        *_sources(Path(__file__).resolve().parents[2]),
+        _look("ODE", _ode),
+        _look("world", _world),
+        *_plugins(),
+    ]
+
+
+def _look(subject: str, look: Callable[[], str]) -> Finding:
+    try:
+        return Finding(subject, look())
+    except Exception as error:  # the doctor must not fall ill
+        return Finding(subject, " ".join(f"{type(error).__name__}: {error}".split()), REINSTALL)
+
+
+def _library() -> str:
+    from swarmevo import simulation
+
+    return ", ".join(f"{key} {value}" for key, value in simulation.library_info().items())
+
+
+def _sources(checkout: Path) -> Iterator[Finding]:
+    """Compare the library with the sources beside it; say nothing where there are none, or no library."""
+    library = _look("library", _library)
+    if not (checkout / "native" / "src").is_dir() or library.advice:
+        return
+    match = re.search(r"sources ([0-9a-f]{16})", library.text)
+    built, found = match[1] if match else "older ones", sources_hash(checkout)
+    if built != found:
+        text = f"{checkout / 'native'} is {found}, the library was built from {built}"
+        yield Finding("sources", text, REINSTALL, is_fault=False)
+
+
+def sources_hash(checkout: Path) -> str:
+    """Return what CMakeLists.txt puts into the library's description: a hash of the sources that it is made of."""
+    patterns = ("native/src/*.cpp", "native/src/*.hpp", "native/include/*.h")
+    files = sorted(file.relative_to(checkout).as_posix() for pattern in patterns for file in checkout.glob(pattern))
+    lines = [f"{hashlib.sha256((checkout / file).read_bytes()).hexdigest()}  {file}\n" for file in files]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()[:16]
+
+
+def _ode() -> str:
+    from swarmevo import simulation
+
+    simulation.selftest()
+    return "an assertion inside it is caught"
+
+
+def _world() -> str:
+    from swarmevo import simulation
+
+    errors = simulation.scene_errors(Config())
+    if errors:
+        raise RuntimeError("; ".join(errors))
+    return "the default configuration is accepted"
+
+
+def _plugins() -> Iterator[Finding]:
+    """Look at every plugin installed, and for those of the default configuration."""
+    entries = plugins.discover()
+    for name in sorted({entry.name for entry in entries}):
+        for report in plugins.check(name):
+            entry = report.entry
+            text, advice = entry.origin, ""
+            if report.error:
+                text, advice = report.error, f"repair or uninstall {entry.distribution}"
+            yield Finding(f"{entry.kind} {entry.name}", text, advice)
+    found = {(entry.kind, entry.name) for entry in entries}
+    for kind in plugins.GROUPS:
+        for name in getattr(Config(), kind):
+            if (kind, name) not in found:
+                yield Finding(f"{kind} {name}", "not installed", REINSTALL)
