@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The paper's world for the tests. Values are those of swarmevo/config/reading.py; tests/test_simulator.py compares them.
+// The paper's world for the tests. Values are those of swarmevo/config/reading.py; tests/simulation/test_episodes.py compares them.
 #pragma once
 
 #include <algorithm>

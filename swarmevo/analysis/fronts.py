@@ -196,7 +196,7 @@ def summarise(store: Store) -> Summary:
         ConfigError: The run's configuration is damaged.
         StoreError: The run cannot be read.
     """
-    settings = config.load(store.config_path)
+    settings = store.config
     evolution, totals = settings.evolution, store.totals()
     return Summary(
         run=str(store.folder),
@@ -213,7 +213,7 @@ def summarise(store: Store) -> Summary:
 
 def generations(store: Store) -> tuple[int, int]:
     """Return how many generations are stored, and how many the whole run has, over all trials."""
-    evolution = config.load(store.config_path).evolution
+    evolution = store.config.evolution
     return store.totals().generations, evolution.trials * evolution.generations
 
 

@@ -453,27 +453,28 @@ def replay(
     """Simulate an individual's stored episode once more and show it in 3-D."""
     from swarmevo.runs import other_world
     from swarmevo.runs.store import Store
-    from swarmevo.views.replay import page as replays
+    from swarmevo.views.replay import episode as replay_episode
+    from swarmevo.views.replay import page as replay_page
 
     folder, genome = _run_and_individual(run)
     sizes = [] if robots is None else _team_sizes(robots, _SIDE_BY_SIDE)
     span = _seconds(seconds)
     if live:
         with Store.open(folder) as store:
-            replays.choose(store, genome)  # else the page alone would say that there is none
+            replay_episode.choose(store, genome)  # else the page alone would say that there is none
             other_world.load(store, settings or [])
-        _serve(replays.render([], f"{folder.name}, live", live=True), port, folder, genome, settings or [])
+        _serve(replay_page.render([], f"{folder.name}, live", live=True), port, folder, genome, settings or [])
         return
     if video:
         from swarmevo.views.replay import video as replay_video
 
         replay_video.check(video)
     with Store.open(folder) as store:
-        chosen = replays.choose(store, genome, generation, repeat)
-        episodes, warning = replays.episodes(store, chosen, sizes, force, settings or [])
+        chosen = replay_episode.choose(store, genome, generation, repeat)
+        episodes, warning = replay_episode.episodes(store, chosen, sizes, force, settings or [])
     if warning:
         print(f"warning: {warning}", file=sys.stderr)
-    page = replays.render(episodes, f"{folder.name}, individual {chosen.genome}")
+    page = replay_page.render(episodes, f"{folder.name}, individual {chosen.genome}")
     if html or not (video or serve):
         name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
         _write_page(html or folder / name, page)

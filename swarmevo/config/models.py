@@ -128,6 +128,16 @@ class Team(Section):
     start_jitter: Annotated[tuple[Jitter, Jitter], FromList] = (0.01, 0.1)
     """Largest deviation of position [m] and heading [rad] from the start pose, drawn anew for each episode."""
 
+    @property
+    def has_own_genomes(self) -> bool:
+        """Whether each robot has a genome of its own."""
+        return self.genomes == "individual"
+
+    @property
+    def genomes_per_team(self) -> int:
+        """How many robots' genomes an individual is made of."""
+        return self.robots if self.has_own_genomes else 1
+
 
 class Sensors(Section):
     """Infrared and box sensors of each robot."""

@@ -123,7 +123,7 @@ def extend(store: Store, generations: str) -> int:
     """
     if not re.fullmatch(r"\+?[0-9]{1,9}", generations):
         raise ConfigError(f"generations: expected a whole number, or +N for so many more, got {generations!r}")
-    now = configuration.load(store.config_path)
+    now = store.config
     wanted = int(generations) + (now.evolution.generations if generations.startswith("+") else 0)
     stored = max((store.generations(trial) for trial in store.trials()), default=0)
     if wanted < stored:
@@ -162,7 +162,7 @@ def evolve(
         Interrupted: ``stop`` said so.
         StoreError: The folder cannot be written, or its plugins now measure something else.
     """
-    config = configuration.load(store.config_path)
+    config = store.config
     with Evaluator(config, workers, backend) as evaluator:
         check_objectives(store, evaluator)
         store.begin_session(origin_of(config, evaluator))

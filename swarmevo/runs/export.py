@@ -14,7 +14,6 @@ from typing import Any, Final, Literal, TextIO
 import numpy as np
 
 from swarmevo import __version__, plugins, simulation
-from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ExportError
 from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, GenomeSpace
@@ -96,7 +95,7 @@ def write_json(store: Store, out: TextIO) -> None:
     head = {
         "format": FORMAT,
         "swarmevo": __version__,
-        "config": configuration.load(store.config_path).model_dump(mode="json"),
+        "config": store.config.model_dump(mode="json"),
         "sessions": sessions,
         "objectives": [{"name": o.name, "direction": o.direction, "range": list(o.range)} for o in store.objectives],
         "columns": columns(store),
@@ -147,7 +146,7 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         PluginError: The run's controller plugin cannot be made.
         StoreError: There is no such genome.
     """
-    config = configuration.load(store.config_path)
+    config = store.config
     genes = store.genome(genome)
     space, found = _space_and_networks(config, genes)
     teams = config.team.robots if config.team.genomes == "individual" else 1
@@ -190,7 +189,7 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
         PluginError: The controller plugin cannot be made.
         StoreError: There is no such genome.
     """
-    config = configuration.load(store.config_path)
+    config = store.config
     found = networks(config, store.genome(genome))
     if not found:
         raise ExportError(f"controller {next(iter(config.controller))}: expected a feed-forward network to write as C")

@@ -36,9 +36,9 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
     if refused := [line for line in map(_refusal, overrides) if line]:
         raise ConfigError(*refused)
     if not overrides:
-        return config.load(store.config_path)
+        return store.config
     other = config.load(store.config_path, overrides, simulation.scene_errors)
-    with Evaluator(config.load(store.config_path), workers=1) as run, Evaluator(other, workers=1) as here:
+    with Evaluator(store.config, workers=1) as run, Evaluator(other, workers=1) as here:
         if run.space != here.space:
             raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")
     return other
@@ -57,7 +57,7 @@ def _refusal(override: str) -> str:
 
 def changes(store: Store, other: Config) -> list[str]:
     """Return what ``other`` has changed of a run's configuration, key by key, in words."""
-    run = config.load(store.config_path).model_dump()
+    run = store.config.model_dump()
     return [
         f"{section}.{key} {_shown(value)} (evolved with {_shown(run[section][key])})"
         for section in SECTIONS

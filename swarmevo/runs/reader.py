@@ -15,6 +15,7 @@ from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmevo.config import Config, load
 from swarmevo.errors import StoreError
 from swarmevo.evolution.state import decode_state
 from swarmevo.protocols import FloatArray, Objective
@@ -58,6 +59,15 @@ class StoreReader:
     def config_path(self) -> Path:
         """The resolved configuration."""
         return self.folder / CONFIG_FILE
+
+    @functools.cached_property
+    def config(self) -> Config:
+        """The resolved configuration.
+
+        Raises:
+            ConfigError: It was damaged.
+        """
+        return load(self.config_path)
 
     @property
     def config_is_intact(self) -> bool:

@@ -240,6 +240,7 @@ class Store(StoreReader):
         with explained(self.folder):
             _write_atomically(self.config_path, config_yaml)
         self._next_config_sha256 = digest
+        self.__dict__.pop("config", None)  # it was cached
         self._settle_config()
 
     def _settle_config(self) -> None:

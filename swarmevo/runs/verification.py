@@ -13,7 +13,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo import config as configuration
 from swarmevo.errors import StoreError
 from swarmevo.evolution.evaluation import Evaluation, Evaluator, JobResult, never
 from swarmevo.evolution.loop import check_objectives, origin_of
@@ -96,7 +95,7 @@ def verify(
     """
     if not store.config_is_intact:
         raise StoreError(f"{store.config_path}: was changed since the run began; undo that, then verify again")
-    config = configuration.load(store.config_path)
+    config = store.config
     places = _places(store)
     chosen = places if sample is None else _drawn(places, sample)
     differences: list[Difference] = []

@@ -32,7 +32,7 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from swarmevo import config, plugins
+from swarmevo import plugins
 from swarmevo.analysis import assessment
 from swarmevo.analysis import fronts as pareto
 from swarmevo.analysis.assessment import Recording
@@ -460,7 +460,7 @@ def network(run: Run, genome: int | None = None) -> Picture:
     """
     with _opened(run) as store:
         chosen = assessment.watched(store, genome)[0]
-        nets = _networks(config.load(store.config_path), store.genome(chosen))
+        nets = _networks(store.config, store.genome(chosen))
     if nets is None:
         raise ValueError("network: expected a controller that makes FeedForward networks; this run's does not")
     hidden = np.flatnonzero(nets.hidden_switch[0])

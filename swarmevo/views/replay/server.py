@@ -16,7 +16,7 @@ from typing import Any, Final
 from swarmevo.errors import ReplayError
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
-from swarmevo.views.replay import page as replay
+from swarmevo.views.replay import episode as replay_episode
 
 HOST: Final = "127.0.0.1"
 """Nobody else's machine can connect."""
@@ -76,14 +76,14 @@ def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = (
 
     def episode(number: int) -> Events:
         with Store.open(folder) as store:
-            chosen = replay.choose(store, genome)
+            chosen = replay_episode.choose(store, genome)
             settings = other_world.load(store, overrides)
             changes = other_world.changes(store, settings)
         key = chosen.key._replace(repeat=number)
         place = f"live: seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
         place = ", ".join([place, *changes])
         title = f"{folder.resolve().name}, individual {chosen.genome}"
-        yield from replay.stream(settings, chosen.genes, key, title, place)
+        yield from replay_episode.stream(settings, chosen.genes, key, title, place)
 
     return episode
 

@@ -18,7 +18,7 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any, Final
 
-from swarmevo import __version__, config
+from swarmevo import __version__
 from swarmevo.analysis import assessment, fronts
 from swarmevo.analysis.assessment import Assessment, Outcome
 from swarmevo.analysis.fronts import FrontPoint, Summary
@@ -26,7 +26,9 @@ from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import CONFIG_FILE, PROVENANCE_FILE, Store
 from swarmevo.views import figures
-from swarmevo.views.replay import page as replay
+from swarmevo.views.replay import data as replay_data
+from swarmevo.views.replay import episode as replay_episode
+from swarmevo.views.replay import page as replay_page
 
 FILE: Final = "report.html"
 """In a run's folder, if no other place is asked for."""
@@ -73,11 +75,11 @@ def page(folders: Sequence[Path], observe: Callable[[str], None] = lambda what: 
     content = {
         "title": html.escape(f"{', '.join(names)} · swarmevo"),
         "style": f"<style>{_asset('report.css')}</style>",
-        "player": replay.page_head(),
+        "player": replay_page.page_head(),
         "navigation": _navigation(names),
         "runs": "\n".join(sections),
         "version": html.escape(__version__),
-        "data": replay.json_script("report-data", data),
+        "data": replay_page.json_script("report-data", data),
         "script": f"<script>{_asset('report.js')}</script>",
     }
     text = _asset("page.html")
@@ -135,10 +137,10 @@ class _Run:
 
 def _episode(store: Store, point: FrontPoint) -> dict[str, Any]:
     """Return the last stored episode of a point, simulated once more; where the bits differ it says so itself."""
-    chosen = replay.choose(store, point.genome, point.last_generation)
-    recording, warning = replay.replay(store, chosen, force=True)
+    chosen = replay_episode.choose(store, point.genome, point.last_generation)
+    recording, warning = replay_episode.replay(store, chosen, force=True)
     where = f"trial {point.trial}, generation {chosen.key.generation}"
-    return replay.data(recording, f"Controller {point.genome}", where, warning)
+    return replay_data.data(recording, f"Controller {point.genome}", where, warning)
 
 
 def _data(store: Store, run: _Run) -> dict[str, Any]:
@@ -284,7 +286,7 @@ def _tiles(run: _Run) -> Iterator[tuple[str, str, str]]:
 def _explorer(store: Store, run: _Run) -> str:
     """Return the front to click on, the stage that replays play on, and the table of the same points."""
     drawings = "".join(_drawing(store, point) for point in run.points)
-    alone = config.load(store.config_path).team.genomes == "individual"
+    alone = store.config.team.genomes == "individual"
     whose = "Its first robot's" if alone else "Its"
     return f"""
 <section class="explorer" aria-label="Pareto front">
@@ -309,7 +311,7 @@ trials. Choose a point to see its robots.</p>
 
 def _drawing(store: Store, point: FrontPoint) -> str:
     """Return a point's network, to be shown when the point is chosen; nothing if its controller is no network."""
-    if not figures.has_network(config.load(store.config_path), store.genome(point.genome)):
+    if not figures.has_network(store.config, store.genome(point.genome)):
         return ""
     drawn = figures.svg(figures.network(store, point.genome))
     return f'<template data-network="{point.trial}:{point.genome}">{drawn}</template>'

@@ -20,7 +20,7 @@ from swarmevo.protocols import CHANNELS, COMMANDS, OBSERVATIONS, Compiled, FeedF
 from swarmevo.simulation import EpisodeKey, Scene, simulate, simulate_lockstep
 
 WORLD = ("arena", "box", "emitter", "robot", "sensors", "noise", "physics", "episode")
-FIXTURE = Path(__file__).parents[1] / "native" / "tests" / "fixture.hpp"
+FIXTURE = Path(__file__).parents[2] / "native" / "tests" / "fixture.hpp"
 
 
 def changed(section: str, **values: Any) -> Config:

@@ -29,7 +29,7 @@ from swarmevo.runs.store import Store
 from swarmevo.simulation._ffi import load
 from swarmevo.simulation.policies import native_policies
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 INPUTS = 300
 
 

@@ -26,11 +26,13 @@ from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
 from swarmevo.evolution import loop
 from swarmevo.runs.store import Store
-from swarmevo.views.replay import page as replay
+from swarmevo.views.replay import data as replay_data
+from swarmevo.views.replay import episode as replay_episode
+from swarmevo.views.replay import page as replay_page
 from swarmevo.views.replay import scene as replay_scene
 from swarmevo.views.replay import server as replay_server
 from swarmevo.views.replay import video as replay_video
-from swarmevo.views.replay.page import Chosen, Recording
+from swarmevo.views.replay.episode import Chosen, Recording
 
 SHORT = ["episode.horizon=30.0", "evolution.population=4", "evolution.generations=2", "evolution.repeats=2"]
 
@@ -53,17 +55,17 @@ def settings(run: Path) -> Config:
 @pytest.fixture(scope="module")
 def chosen(run: Path) -> Chosen:
     with Store.open(run) as store:
-        return replay.choose(store)
+        return replay_episode.choose(store)
 
 
 @pytest.fixture(scope="module")
 def recording(settings: Config, chosen: Chosen) -> Recording:
-    return replay.record(settings, chosen.genes, chosen.key)
+    return replay_episode.record(settings, chosen.genes, chosen.key)
 
 
 @pytest.fixture(scope="module")
 def episode(recording: Recording) -> dict[str, Any]:
-    return replay.data(recording, "small, individual 1", "seed 1")
+    return replay_data.data(recording, "small, individual 1", "seed 1")
 
 
 def unpacked(chunk: dict[str, Any], name: str, kind: type[np.generic]) -> NDArray[Any]:
@@ -81,7 +83,7 @@ def test_the_fronts_best_is_chosen(run: Path, chosen: Chosen) -> None:
 
 def test_any_stored_episode_can_be_chosen(run: Path) -> None:
     with Store.open(run) as store:
-        first = replay.choose(store, genome=1, generation=0, repeat=1)
+        first = replay_episode.choose(store, genome=1, generation=0, repeat=1)
         stored = store.generation(0, 0)
     (place,) = np.flatnonzero((stored.genomes == first.genes).all(axis=1))
     assert first.hash == stored.hash[place, 1]
@@ -98,7 +100,7 @@ def test_any_stored_episode_can_be_chosen(run: Path) -> None:
 )
 def test_an_episode_that_is_not_stored_is_refused(run: Path, wanted: dict[str, int], message: str) -> None:
     with Store.open(run) as store, pytest.raises(ReplayError, match=message):
-        replay.choose(store, **wanted)
+        replay_episode.choose(store, **wanted)
 
 
 # ---- once more -------------------------------------------------------------------------------------------------------
@@ -106,7 +108,7 @@ def test_an_episode_that_is_not_stored_is_refused(run: Path, wanted: dict[str, i
 
 def test_a_replay_is_the_stored_episode(run: Path, chosen: Chosen) -> None:
     with Store.open(run) as store:
-        recording, warning = replay.replay(store, chosen)
+        recording, warning = replay_episode.replay(store, chosen)
         stored = store.generation(chosen.key.trial, chosen.key.generation)
     assert not warning
     assert recording.hash == chosen.hash
@@ -118,8 +120,8 @@ def test_another_trajectory_is_refused_unless_forced(run: Path, chosen: Chosen) 
     other = dataclasses.replace(chosen, hash=chosen.hash ^ 1)
     with Store.open(run) as store:
         with pytest.raises(ReplayError, match=r"not the stored one \(hash .*the same, so .*--force shows it"):
-            replay.replay(store, other)
-        _, warning = replay.replay(store, other, force=True)
+            replay_episode.replay(store, other)
+        _, warning = replay_episode.replay(store, other, force=True)
     assert "not the stored one" in warning
     assert "--force" not in warning
 
@@ -128,7 +130,7 @@ def test_the_reason_is_looked_for_in_the_provenance(run: Path, chosen: Chosen, m
     before = Store.session
     monkeypatch.setattr(Store, "session", lambda store, id: {**before(store, id), "cpu": "Z80"})
     with Store.open(run) as store, pytest.raises(ReplayError, match="cpu was Z80, is "):
-        replay.replay(store, dataclasses.replace(chosen, hash=0))
+        replay_episode.replay(store, dataclasses.replace(chosen, hash=0))
 
 
 def test_the_terms_add_up_to_the_objective(recording: Recording) -> None:
@@ -140,18 +142,18 @@ def test_the_terms_add_up_to_the_objective(recording: Recording) -> None:
 def test_a_team_of_another_size_keeps_its_places(settings: Config, chosen: Chosen) -> None:
     changes = {"start": "poses", "start_poses": tuple((0.1 * i, -0.4, 0.0) for i in range(5)), "start_jitter": (0, 0)}
     placed = settings.model_copy(update={"team": settings.team.model_copy(update=changes)})
-    smaller, genes = replay.of_size(placed, chosen.genes, 2)
-    pose = replay.record(smaller, genes, chosen.key).telemetry.pose
+    smaller, genes = replay_episode.of_size(placed, chosen.genes, 2)
+    pose = replay_episode.record(smaller, genes, chosen.key).telemetry.pose
     assert pose is not None
     assert pose[0, 0, :, 0].tolist() == [0.0, 0.1]
 
 
 def test_genomes_of_their_own_limit_the_team(settings: Config) -> None:
     own = settings.model_copy(update={"team": settings.team.model_copy(update={"genomes": "individual"})})
-    _, genes = replay.of_size(own, np.arange(10.0), 2)
+    _, genes = replay_episode.of_size(own, np.arange(10.0), 2)
     assert genes.tolist() == [0.0, 1.0, 2.0, 3.0]
     with pytest.raises(ConfigError, match="expected at most 5, for each has its own genome, got 6"):
-        replay.of_size(own, np.arange(10.0), 6)
+        replay_episode.of_size(own, np.arange(10.0), 6)
 
 
 # ---- as data ---------------------------------------------------------------------------------------------------------
@@ -178,7 +180,9 @@ def test_the_gap_is_that_of_the_nearest_corner(settings: Config) -> None:
             for b in (0.09, -0.09)
         ]
         nearest = 0.5 - (sign * np.array(corners)[:, axis]).reshape(2, 4).max(axis=1)
-        np.testing.assert_allclose(replay._gap(settings.model_copy(update={"arena": arena}), box), nearest, atol=1e-12)
+        np.testing.assert_allclose(
+            replay_data._gap(settings.model_copy(update={"arena": arena}), box), nearest, atol=1e-12
+        )
 
 
 def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
@@ -187,27 +191,27 @@ def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
         homing_time=np.array([[12.34, np.nan, 3.0, np.nan, np.nan]]),
         push_time=np.array([np.nan]),
     )
-    facts = dict(replay.facts(dataclasses.replace(recording, telemetry=told)))
+    facts = dict(replay_data.facts(dataclasses.replace(recording, telemetry=told)))
     assert facts["robots at the source"].replace("\N{NO-BREAK SPACE}", " ") == "2 of 5, 3.0 to 12.3 s"
     assert facts["box at the wall"] == "never"
     assert list(facts)[:2] == ["F1, box pushing", "F2, hidden neurons"]
 
 
 def test_fewer_steps_on_demand(recording: Recording) -> None:
-    thin = replay.data(recording, "", every=3)
+    thin = replay_data.data(recording, "", every=3)
     assert thin["chunks"][0]["steps"] == 100
     assert thin["period"] == pytest.approx(0.3)
 
 
 def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[str, Any], settings: Config) -> None:
-    events = list(replay.stream(settings, *(chosen_part(recording)), "small, individual 1", "seed 1"))
+    events = list(replay_episode.stream(settings, *(chosen_part(recording)), "small, individual 1", "seed 1"))
     assert [name for name, _ in events] == ["head", "chunk", "chunk", "chunk", "outcome"]
     chunks = [chunk for name, chunk in events if name == "chunk"]
     assert [chunk["steps"] for chunk in chunks] == [100, 100, 100]
     for name in ("pose", "box", "command", "touch", "rf", "contact", "gap"):
         streamed = b"".join(base64.b64decode(chunk[name]) for chunk in chunks)
         assert streamed == base64.b64decode(episode["chunks"][0][name]), name
-    assert events[-1][1] == replay.outcome(recording)
+    assert events[-1][1] == replay_data.outcome(recording)
     assert {**events[0][1], **events[-1][1], "chunks": 0} == {**episode, "chunks": 0}
 
 
@@ -251,7 +255,7 @@ def test_a_rigid_bumper_is_the_body(settings: Config) -> None:
 
 
 def test_the_legend_has_the_bumpers_colour() -> None:
-    assert f"--sw-bumper: {replay_scene._BUMPER};" in replay._asset("replay_player.css")
+    assert f"--sw-bumper: {replay_scene._BUMPER};" in replay_page._asset("replay_player.css")
 
 
 # ---- as a page -------------------------------------------------------------------------------------------------------
@@ -259,13 +263,15 @@ def test_the_legend_has_the_bumpers_colour() -> None:
 
 def test_three_minutes_fit_into_three_megabytes(settings: Config, chosen: Chosen) -> None:
     whole = settings.model_copy(update={"episode": settings.episode.model_copy(update={"horizon": 180.0})})
-    page = replay.render([replay.data(replay.record(whole, chosen.genes, chosen.key), "long")], "long")
+    page = replay_page.render(
+        [replay_data.data(replay_episode.record(whole, chosen.genes, chosen.key), "long")], "long"
+    )
     assert len(page.encode()) < 3_000_000
 
 
 def test_text_cannot_become_markup(recording: Recording) -> None:
     evil = "</script><script>alert(1)</script>"
-    page = replay.render([replay.data(recording, evil)], evil)
+    page = replay_page.render([replay_data.data(recording, evil)], evil)
     assert evil not in page
     assert "<title>&lt;/script&gt;" in page
 
@@ -279,7 +285,7 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(scope="module")
 def file(episode: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("pages") / "replay.html"
-    file.write_text(replay.render([episode], "small"))
+    file.write_text(replay_page.render([episode], "small"))
     return file
 
 
@@ -332,7 +338,7 @@ def test_the_scene_shows_the_stored_poses(browser: Browser, file: Path, recordin
 def test_the_legend_has_only_bumpers_that_are_there(browser: Browser, recording: Recording, tmp_path: Path) -> None:
     robot = recording.config.robot.model_copy(update={"bumper": "rigid"})
     rigid = dataclasses.replace(recording, config=recording.config.model_copy(update={"robot": robot}))
-    (tmp_path / "rigid.html").write_text(replay.render([replay.data(rigid, "")], ""))
+    (tmp_path / "rigid.html").write_text(replay_page.render([replay_data.data(rigid, "")], ""))
     with browsers.watch(browser, 640, 420) as watched:
         page = watched.open(tmp_path / "rigid.html")
         assert page.locator(".sw-legend li:visible").all_inner_texts() == ["RF signal", "box sensor", "target wall"]
@@ -378,10 +384,10 @@ def test_an_address_can_name_a_time(browser: Browser, file: Path) -> None:
 
 def test_teams_of_other_sizes_stand_side_by_side(browser: Browser, run: Path, chosen: Chosen, tmp_path: Path) -> None:
     with Store.open(run) as store:
-        episodes, warning = replay.episodes(store, chosen, [1, 3])
+        episodes, warning = replay_episode.episodes(store, chosen, [1, 3])
     assert not warning
     file = tmp_path / "sizes.html"
-    file.write_text(replay.render(episodes, "sizes"))
+    file.write_text(replay_page.render(episodes, "sizes"))
     with browsers.watch(browser, 700, 500) as watched:
         page = watched.open(file)
         page.evaluate("swarmevo.pause(); swarmevo.seek(5)")
@@ -396,7 +402,7 @@ def test_teams_of_other_sizes_stand_side_by_side(browser: Browser, run: Path, ch
 @pytest.fixture
 def live(run: Path) -> Iterator[str]:
     """Return the address of a server of live episodes."""
-    page = replay.render([], "live", live=True)
+    page = replay_page.render([], "live", live=True)
     with replay_server.server(page, 0, replay_server.live_episodes(run, None)) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
         thread.start()

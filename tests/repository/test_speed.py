@@ -16,7 +16,7 @@ import pytest
 from swarmevo.config import Config
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
-sys.path.append(str(Path(__file__).parents[1]))
+sys.path.append(str(Path(__file__).parents[2]))
 
 from benchmarks import assumptions, speed
 from benchmarks.cases import pushing_config, random_networks, write_networks

@@ -7,8 +7,8 @@ import re
 
 import numpy as np
 import pytest
-
 from reference_pde import ReferencePDE
+
 from swarmevo.protocols import Block, GenomeSpace, SceneInfo
 from swarmevo.testing import CHROMOSOME, OptimiserTests
 from swarmevo_paper.network import FeedForwardNetwork

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-TEMPLATE = Path(__file__).parents[1] / "plugins" / "template"
+TEMPLATE = Path(__file__).parents[2] / "plugins" / "template"
 BUILD_PRODUCTS = shutil.ignore_patterns("build", "*.egg-info", "__pycache__", ".*")
 
 

@@ -18,7 +18,7 @@ from swarmevo.config import Config
 from swarmevo.config import messages as config_messages
 from swarmevo.errors import ConfigError
 
-CONFIGS = Path(__file__).parents[1] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from swarmevo.config import Config
 from swarmevo.simulation import Scene, simulate
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
-sys.path.append(str(Path(__file__).parents[1]))
+sys.path.append(str(Path(__file__).parents[2]))
 
 from benchmarks import validation
 from benchmarks import validation_calibration as calibration

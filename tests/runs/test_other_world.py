@@ -15,7 +15,7 @@ from swarmevo.analysis import assessment
 from swarmevo.errors import ConfigError
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
-from swarmevo.views.replay import page as replay
+from swarmevo.views.replay import episode as replay_episode
 from swarmevo.views.replay import server as replay_server
 
 ARTICULATED = ["physics.drive=articulated", "physics.time_step=0.005"]
@@ -127,8 +127,8 @@ def test_the_command_refuses_in_one_line(run: Path, capsys: pytest.CaptureFixtur
 
 def test_a_replay_in_another_world_is_not_held_against_the_stored_one(run: Path) -> None:
     with Store.open(run) as store:
-        chosen = replay.choose(store)
-        shown, warning = replay.episodes(store, chosen, [3, 2], overrides=ARTICULATED)
+        chosen = replay_episode.choose(store)
+        shown, warning = replay_episode.episodes(store, chosen, [3, 2], overrides=ARTICULATED)
     assert warning == f"another world than the stored episode's: {', '.join(CHANGES)}; its trajectory is not compared"
     assert [one["warning"] for one in shown] == [warning, warning]
     assert [one["robots"] for one in shown] == [3, 2]

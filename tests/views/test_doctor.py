@@ -15,7 +15,7 @@ from swarmevo import simulation
 from swarmevo.views import console, doctor
 from swarmevo.views.doctor import Finding
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from conftest import Distribution
 from swarmevo import cli, config, plugins
 from swarmevo.config import Config
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 README, PLUGINS, CONFIGURATION = ROOT / "README.md", DOCS / "plugins.md", DOCS / "configuration.md"
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted(DOCS.glob("*.md"))]

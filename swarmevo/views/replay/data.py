@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An episode as the player takes it: small integers in base64."""
+
+from __future__ import annotations
+
+import base64
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmevo.config import Config
+from swarmevo.protocols import FloatArray, Telemetry
+from swarmevo.views.replay import scene
+
+if TYPE_CHECKING:
+    from swarmevo.views.replay.episode import Recording
+
+FORMAT: Final = 1
+"""Of an episode's data, for the player."""
+
+_LARGEST: Final = 32767  # of 16-bit integers with a sign
+
+
+def data(recording: Recording, title: str, subtitle: str = "", warning: str = "", every: int = 1) -> dict[str, Any]:
+    """Return an episode as the player takes it: numbers, text and base64, to be written as JSON.
+
+    Args:
+        recording: The episode.
+        title: Names it.
+        subtitle: Says where it is from.
+        warning: Shown with it, if any.
+        every: Keep one control step of so many; the player interpolates.
+    """
+    steps = range(0, _steps(recording.telemetry), every)
+    return {
+        **head(recording, title, subtitle, every),
+        **outcome(recording),
+        "warning": warning,
+        "chunks": [chunk(recording, steps)],
+    }
+
+
+def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dict[str, Any]:
+    """Return what is known of an episode as soon as it has begun."""
+    config = recording.config
+    size, strength = config.arena.size, config.emitter.strength
+    return {
+        "format": FORMAT,
+        "title": title,
+        "subtitle": subtitle,
+        "robots": config.team.robots,
+        "colours": scene.colours(config.team.robots),
+        "period": config.episode.control_period * every,
+        "horizon": config.episode.horizon,
+        "arena": size,
+        "emitter": {"position": config.emitter.position, "range": config.emitter.range, "strength": strength},
+        "robot": {
+            "radius": config.robot.radius,
+            "wheel": config.robot.wheel_radius,
+            "axle": config.robot.axle_length,
+            "speed": config.robot.top_speed,
+            "bumper": config.robot.bumper,
+        },
+        "unit": {"position": size / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * size / _LARGEST},
+        "terms": list(recording.terms),
+        "explained": recording.explained,
+        "scene": scene.packed(config),
+    }
+
+
+def outcome(recording: Recording) -> dict[str, Any]:
+    """Return what is known of an episode when it is over."""
+    telemetry = recording.telemetry
+    return {
+        "homing": [_time(time) for time in telemetry.homing_time[0].tolist()],
+        "push": _time(float(telemetry.push_time[0])),
+        "facts": facts(recording),
+    }
+
+
+def facts(recording: Recording) -> list[tuple[str, str]]:
+    """Return an episode's caption: labels and values."""
+    telemetry = recording.telemetry
+    home = np.sort(telemetry.homing_time[0][~np.isnan(telemetry.homing_time[0])])
+    robots = recording.config.team.robots
+    said = [
+        (f"F{number}, {objective.name.replace('_', ' ')}", f"{value:.4g}")
+        for number, (objective, value) in enumerate(recording.objectives, start=1)
+    ]
+    if not any(objective.name == "hidden_neurons" for objective, _ in recording.objectives):
+        said.append(("hidden neurons", f"{recording.complexity:g}"))
+    came = ", ".join([f"{len(home)} of {robots}", *([_span(home)] if len(home) else [])])
+    push = float(telemetry.push_time[0])
+    return [
+        *said,
+        ("robots at the source", came),
+        ("box at the wall", "never" if math.isnan(push) else f"after {_seconds(push)}"),
+    ]
+
+
+def chunk(recording: Recording, steps: range) -> dict[str, Any]:
+    """Return some control steps of an episode as arrays of small integers in base64, and their number.
+
+    An array's axes are those of the telemetry behind the episode; ``rf`` is over the strongest signal, ``gap`` is the
+    distance between box and target wall.
+    """
+    config, telemetry = recording.config, recording.telemetry
+    pick = slice(steps.start, steps.stop, steps.step)
+
+    def channel(name: str) -> FloatArray:
+        values: FloatArray = getattr(telemetry, name)[0, pick]
+        return values
+
+    scale = np.array([config.arena.size, config.arena.size, math.pi])
+    strongest = max(config.emitter.strength[1], 1e-9)
+    return {
+        "steps": len(steps),
+        "pose": _integers(channel("pose") / scale, np.int16),
+        "box": _integers(channel("box") / scale, np.int16),
+        "command": _integers(channel("command"), np.int8),
+        "touch": _integers(channel("touch"), np.uint8),
+        "rf": _integers(channel("rf") / strongest, np.uint8),
+        "contact": _integers(channel("box_contact"), np.uint8),
+        "gap": _integers(_gap(config, channel("box")) / (2 * config.arena.size), np.int16),
+        "terms": [_floats(series[pick]) for series in recording.terms.values()],
+    }
+
+
+def _gap(config: Config, box: FloatArray) -> FloatArray:
+    """Return the distance ``(steps,)`` [m] between the box's nearest corner and the target wall."""
+    axis, sign = {"east": (0, 1), "west": (0, -1), "north": (1, 1), "south": (1, -1)}[config.arena.target_wall]
+    length, width, _ = config.box.size
+    cosine, sine = np.abs(np.cos(box[:, 2])), np.abs(np.sin(box[:, 2]))
+    reach = (length * cosine + width * sine if axis == 0 else length * sine + width * cosine) / 2
+    gap: FloatArray = config.arena.size / 2 - sign * box[:, axis] - reach
+    return gap
+
+
+def _integers(fractions: FloatArray, kind: type[np.integer[Any]]) -> str:
+    """Return ``fractions`` of 1 as integers of a kind, whose largest stands for 1."""
+    limits = np.iinfo(kind)
+    return _base64(np.clip(np.rint(fractions * limits.max), limits.min, limits.max).astype(kind))
+
+
+def _floats(values: FloatArray) -> str:
+    return _base64(values.astype("<f4"))
+
+
+def _base64(array: NDArray[Any]) -> str:
+    return base64.b64encode(array.astype(array.dtype.newbyteorder("<")).tobytes()).decode("ascii")
+
+
+def _steps(telemetry: Telemetry) -> int:
+    assert telemetry.box is not None  # every channel is recorded
+    return len(telemetry.box[0])
+
+
+def _time(time: float) -> float | None:
+    return None if math.isnan(time) else round(time, 3)
+
+
+def _span(times: FloatArray) -> str:
+    """Return the first and the last of sorted ``times`` in words."""
+    first, last = f"{times[0]:.1f}", f"{times[-1]:.1f}"
+    return f"{first}\N{NO-BREAK SPACE}s" if first == last else f"{first} to {last}\N{NO-BREAK SPACE}s"
+
+
+def _seconds(time: float) -> str:
+    return f"{time:.1f}\N{NO-BREAK SPACE}s"

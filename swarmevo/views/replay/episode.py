@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A stored episode, simulated once more, judged, and compared with what is stored."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from swarmevo import plugins
+from swarmevo.analysis import assessment, fronts
+from swarmevo.config import Config
+from swarmevo.errors import ReplayError
+from swarmevo.evolution import loop
+from swarmevo.evolution.evaluation import Evaluator, TeamController
+from swarmevo.protocols import Controller, ExplainedFitness, FloatArray, Objective, Telemetry
+from swarmevo.runs import other_world
+from swarmevo.runs.store import Store
+from swarmevo.simulation import EpisodeKey
+from swarmevo.views.replay.data import chunk, data, head, outcome
+
+_FIRST_SECONDS: Final = 10.0  # of a streamed episode
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A stored episode of an individual."""
+
+    genome: int
+    """The individual's id in the store."""
+    genes: FloatArray
+    """``(size,)``"""
+    key: EpisodeKey
+    hash: int
+    """Of its trajectory, as stored."""
+    session: int
+    """That ran it."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One episode, as it was simulated just now."""
+
+    config: Config
+    genes: FloatArray
+    """``(size,)``"""
+    key: EpisodeKey
+    telemetry: Telemetry
+    """Of one episode, with every channel."""
+    objectives: list[tuple[Objective, float]]
+    terms: dict[str, FloatArray]
+    """Parts of an objective, ``(steps,)`` each; none, if no fitness plugin tells."""
+    explained: str
+    """Which objective that is: F1, F2, ..."""
+    complexity: float
+    """Hidden neurons in use."""
+    hash: int
+
+
+# ---- which episode ---------------------------------------------------------------------------------------------------
+
+
+def choose(store: Store, genome: int | None = None, generation: int | None = None, repeat: int = 0) -> Chosen:
+    """Return one of an individual's stored episodes.
+
+    Args:
+        store: The run.
+        genome: The individual's id; None: the front's best in the first objective.
+        generation: In which it was evaluated; None: the last one.
+        repeat: Which of that evaluation's episodes.
+
+    Raises:
+        ReplayError: The run has no such episode.
+        StoreError: The run cannot be read.
+    """
+    genome, trial, last = _individual(store, genome)
+    number = last if generation is None else generation
+    stored, sessions = store.generation(trial, number), store.sessions(trial, number)
+    places = np.flatnonzero(store.genome_ids(trial, number) == genome)
+    if len(places) == 0:
+        raise ReplayError(
+            f"{store.folder}: individual {genome} was not evaluated in generation {number}, but in {last}"
+        )
+    repeats = stored.hash.shape[1]
+    if not 0 <= repeat < repeats:
+        raise ReplayError(f"{store.folder}: expected a repeat from 0 to {repeats - 1}, got {repeat}")
+    key = EpisodeKey(store.seed, trial, number, repeat)
+    at = (places[0], repeat)
+    return Chosen(genome, stored.genomes[places[0]], key, int(stored.hash[at]), int(sessions[at]))
+
+
+def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
+    """Return an individual's id, a trial that it lived in, and the last generation in which it was evaluated there."""
+    if genome is None:
+        front = fronts.front(store)
+        if not front:
+            raise ReplayError(f"{store.folder}: there is no individual yet; go on with: swarmevo resume {store.folder}")
+        return front[0].genome, front[0].trial, front[0].last_generation
+    found = store.individuals()
+    places = np.flatnonzero(found.genome == genome)
+    if len(places) == 0:
+        raise ReplayError(f"{store.folder}: there is no individual {genome}; see: swarmevo show {store.folder}")
+    return genome, int(found.trial[places[0]]), int(found.last_generation[places[0]])
+
+
+# ---- once more -------------------------------------------------------------------------------------------------------
+
+
+def record(config: Config, genes: FloatArray, key: EpisodeKey) -> Recording:
+    """Simulate one episode of an individual and judge it.
+
+    Args:
+        config: Of the run.
+        genes: ``(size,)``: of the robots, or, where each has its own genome, of the team.
+        key: Of the episode.
+
+    Raises:
+        EvaluationError: The episode failed.
+        PluginError: A plugin cannot be made.
+        SimulatorError: The library refuses the scene or the controller.
+    """
+    done = assessment.record(config, genes, [key], threads=1)
+    ((name, options),) = config.controller.items()
+    controller: Controller = plugins.create("controller", name, options)
+    if config.team.genomes == "individual":
+        controller = TeamController(controller, config.team.robots)
+    objectives: list[tuple[Objective, float]] = []
+    terms: dict[str, FloatArray] = {}
+    explained = ""
+    for name, options in config.fitness.items():
+        fitness = plugins.create("fitness", name, options)
+        values = fitness.evaluate(done.telemetry, genes[np.newaxis].copy(), controller)
+        if isinstance(fitness, ExplainedFitness) and not terms:
+            terms = {term: series[0] for term, series in fitness.terms(done.telemetry).items()}
+            explained = f"F{len(objectives) + 1}"
+        objectives += zip(fitness.objectives, values[0].tolist(), strict=True)
+    complexity = float(controller.complexity(genes[np.newaxis].copy())[0])
+    return Recording(config, genes, key, done.telemetry, objectives, terms, explained, complexity, int(done.hash[0]))
+
+
+def replay(store: Store, chosen: Chosen, force: bool = False) -> tuple[Recording, str]:
+    """Simulate a stored episode once more.
+
+    Returns:
+        The recording, and a warning: empty if it is the stored episode to the last bit.
+
+    Raises:
+        ReplayError: It is another one, and not ``force``.
+    """
+    settings = store.config
+    recording = record(settings, chosen.genes, chosen.key)
+    if recording.hash == chosen.hash:
+        return recording, ""
+    difference = (
+        f"individual {chosen.genome}: the trajectory is not the stored one "
+        f"(hash {recording.hash:016x} instead of {chosen.hash:016x}): {_reason(store, chosen.session, settings)}"
+    )
+    if not force:
+        raise ReplayError(f"{difference}; --force shows it all the same")
+    return recording, difference
+
+
+def _reason(store: Store, session: int, settings: Config) -> str:
+    """Return what is another here than where the episode was run."""
+    then = store.session(session)
+    with Evaluator(settings, workers=1) as evaluator:
+        now = loop.origin_of(settings, evaluator)
+    pairs = [(key, then.get(key), now[key]) for key in ("swarmevo", "git_revision", "plugins", "numpy", "libc", "cpu")]
+    was, is_ = then.get("library", {}), now["library"]
+    pairs += [(f"library {key}", was.get(key), is_.get(key)) for key in ("build", "sha256")]
+    said = [f"{key} was {_short(before)}, is {_short(after)}" for key, before, after in pairs if before != after]
+    return (
+        "; ".join(said) or "versions, library and processor are the same, so a plugin is random or a file was changed"
+    )
+
+
+def _short(value: object) -> str:
+    return ", ".join(value) if isinstance(value, list) else str(value)
+
+
+def episodes(
+    store: Store, chosen: Chosen, robots: Sequence[int] = (), force: bool = False, overrides: Sequence[str] = ()
+) -> tuple[list[dict[str, Any]], str]:
+    """Return an episode as :func:`data`, once more with the run's team, or with teams of other sizes.
+
+    Args:
+        store: The run.
+        chosen: Of it.
+        robots: Team sizes; none: that of the run.
+        force: Show another trajectory than the stored one, with a warning.
+        overrides: In another world (:func:`swarmevo.runs.other_world.load`): not the stored episode, with a warning.
+
+    Returns:
+        The episodes, and the warning, empty if there is none.
+
+    Raises:
+        ConfigError: An override is refused, or a size, as :func:`of_size`.
+        ReplayError: As :func:`replay`.
+    """
+    settings = other_world.load(store, overrides)
+    changes = other_world.changes(store, settings)
+    name = f"{store.folder.resolve().name}, individual {chosen.genome}"
+    key = chosen.key
+    place = f"seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
+    elsewhere = f"another world than the stored episode's: {', '.join(changes)}; its trajectory is not compared"
+    shown, warning = [], ""
+    for size in robots or [settings.team.robots]:
+        if size == settings.team.robots and not changes:
+            recording, said = replay(store, chosen, force)
+        else:
+            recording, said = record(*of_size(settings, chosen.genes, size), key), elsewhere if changes else ""
+        warning = warning or said
+        title = name if len(robots) < 2 else f"{size} robot" + "s" * (size > 1)
+        subtitle = place if len(robots) < 2 else f"{name}, seed {key.seed}"
+        shown.append(data(recording, title, subtitle, said))
+    return shown, warning
+
+
+def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subtitle: str) -> Iterator[tuple[str, Any]]:
+    """Simulate an episode and yield what is known as soon as it is.
+
+    The episode is simulated for 10 s, then from its start for twice as long, and so on: together at most twice the
+    work, in any controller's own way of running. An episode's beginning does not depend on its horizon.
+
+    Yields:
+        ``("head", ...)``, then ``("chunk", ...)`` as often as needed, then ``("outcome", ...)``.
+    """
+    period, total = config.episode.control_period, round(config.episode.horizon / config.episode.control_period)
+    done = 0
+    while done < total:
+        end = min(total, max(2 * done, math.ceil(_FIRST_SECONDS / period)))
+        horizon = config.episode.horizon if end == total else end * period
+        episode = config.episode.model_copy(update={"horizon": horizon})
+        recording = record(config.model_copy(update={"episode": episode}), genes, key)
+        if done == 0:
+            yield (
+                "head",
+                {**head(recording, title, subtitle), "horizon": config.episode.horizon, "warning": "", "chunks": []},
+            )
+        yield "chunk", chunk(recording, range(done, end))
+        done = end
+    yield "outcome", outcome(recording)
+
+
+def of_size(config: Config, genes: FloatArray, robots: int) -> tuple[Config, FloatArray]:
+    """Return the configuration and the genes for a team of another size.
+
+    Raises:
+        ConfigError: As :func:`swarmevo.runs.other_world.of_size`.
+    """
+    resized = other_world.of_size(config, robots)
+    return resized, other_world.first_robots(resized, genes, config.team.robots)
