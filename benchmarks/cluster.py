@@ -29,7 +29,9 @@ from distributed import Client
 from swarmevo import config
 from swarmevo.config import Config
 from swarmevo.evolution import cluster
-from swarmevo.evolution.evaluation import Backend, Evaluator, Job, ThreadBackend, run_job
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.jobs import Job, run_job
+from swarmevo.evolution.threads import Backend, ThreadBackend
 from swarmevo.simulation import EpisodeKey
 from swarmevo.testing import random_genomes
 
@@ -112,7 +114,7 @@ def messages(settings: Config, episodes: int) -> dict[str, int]:
     with Evaluator(settings, 1) as evaluator:
         genomes = random_genomes(evaluator.space, 1).repeat(episodes, axis=0)
     keys = tuple(EpisodeKey(1, 0, 0, repeat) for repeat in range(episodes))
-    job, text = Job(0, (0,) * episodes, genomes, keys), settings.model_dump_json()
+    job, text = Job((0,) * episodes, genomes, keys), settings.model_dump_json()
     result = run_job(text, job)
     return {"configuration": len(text), "job": len(pickle.dumps(job)), "result": len(pickle.dumps(result))}
 

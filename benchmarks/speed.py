@@ -33,7 +33,7 @@ import numpy as np
 from benchmarks import assumptions
 from benchmarks.cases import CASES, DEEPEST_OVERLAP, Case, changed, random_networks, write_networks
 from swarmevo.config import Config, seeded
-from swarmevo.evolution import loop
+from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 from swarmevo.simulation import library_info
 
@@ -377,10 +377,10 @@ def evolution_of(population: int, repeats: int, generations: int) -> list[float]
         team={"robots": 1},
     )
     with tempfile.TemporaryDirectory() as folder:
-        loop.begin(f"{folder}/run", config)
+        driver.begin(f"{folder}/run", config)
         with Store.open(f"{folder}/run", readonly=False) as store:
             marks = [time.process_time()]
-            loop.evolve(store, 1, lambda _: marks.append(time.process_time()))
+            driver.evolve(store, 1, lambda _: marks.append(time.process_time()))
     return list(np.diff(marks))
 
 

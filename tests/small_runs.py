@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from swarmevo import config, plugins
-from swarmevo.evolution import loop
+from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 
 SMALL = (
@@ -23,7 +23,7 @@ SMALL = (
 def make(folder: Path, *overrides: str) -> Path:
     """Evolve a small run in a new folder and return it."""
     settings = config.load("quick", [*SMALL, *overrides], plugins.option_errors)
-    loop.begin(folder, settings)
+    driver.begin(folder, settings)
     with Store.open(folder, readonly=False) as store:
-        loop.evolve(store, 1, lambda now: None, lambda: False)
+        driver.evolve(store, 1, lambda now: None, lambda: False)
     return folder

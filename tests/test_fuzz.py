@@ -23,8 +23,11 @@ from swarmevo import config as configuration
 from swarmevo import plugins, simulation
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, StoreError
-from swarmevo.evolution.loop import begin, evolve
-from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store, decode_state
+from swarmevo.evolution.state import decode_state
+from swarmevo.runs.database import DATABASE_FILE
+from swarmevo.runs.driver import begin, evolve
+from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.store import Store
 
 PAPER = (Path(__file__).parents[1] / "configs" / "paper.yaml").read_bytes()
 EXAMPLES = os.environ.get("FUZZ_EXAMPLES")  # `make fuzz` wants many, others each time
@@ -64,7 +67,7 @@ def read_config(file: Path) -> None:
     try:
         found = configuration.load(file, (), lambda c: simulation.scene_errors(c) + plugins.option_errors(c))
     except ConfigError as error:
-        check_lines(error.errors)
+        check_lines(list(error.errors))
         return
     file.write_text(configuration.dump(found))
     assert configuration.load(file) == found

@@ -5,32 +5,28 @@ Every controller on the front of every trial is tested in episodes that evolutio
 generation ``GENERATION``, which no run reaches. All controllers of a trial meet the same noise. Who tests a run twice
 gets the same bits twice.
 
-The result is a file of its own in the run folder, ``table_ii.json``; a later test replaces it. Tests in another world
-than that of evolution have no file there.
+The result is an :class:`~swarmevo.analysis.table_ii.Assessment`.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
-import pydantic
 
-from swarmevo import plugins, simulation
+from swarmevo import simulation
 from swarmevo.analysis import fronts
 from swarmevo.analysis.census import LABELS, census
+from swarmevo.analysis.recording import Recording, record, simulate
+from swarmevo.analysis.table_ii import FORMAT, Assessment, Condition, Outcome, Tested, outcome
 from swarmevo.config import Config
-from swarmevo.errors import EvaluationError, Interrupted, StoreError
-from swarmevo.evolution.evaluation import Evaluation, Evaluator, never
-from swarmevo.protocols import CHANNELS, FloatArray, NativeController, Telemetry
+from swarmevo.errors import Interrupted, StoreError
+from swarmevo.evolution.evaluation import Evaluation, Evaluator
+from swarmevo.plugins.team import Team, never
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
-from swarmevo.simulation import EpisodeKey, Episodes
+from swarmevo.simulation import EpisodeKey
 
 GENERATION: Final = 2**32 - 1
 """Of the tests' episode keys; a run has at most a million generations."""
@@ -38,103 +34,6 @@ TEAM_SIZES: Final = range(1, 6)
 """Rows of Table II."""
 REPEATS: Final = 5
 """Tests of each controller (paper VII)."""
-FILE: Final = "table_ii.json"
-FORMAT: Final = 1
-"""Of the file; another one is refused."""
-
-
-class PaperRow(NamedTuple):
-    """A row of the paper's Table II; rates in [0, 1], times in seconds, None: "Max"."""
-
-    robots: int
-    homing_rate: float
-    homing_time: float
-    push_rate: float
-    push_time: float | None
-
-
-PAPER: Final = (
-    PaperRow(1, 0.1333, 10.36, 0.0, None),
-    PaperRow(2, 0.2667, 12.37, 0.0, None),
-    PaperRow(3, 0.9767, 13.54, 0.96, 43.44),
-    PaperRow(4, 0.9333, 13.78, 0.56, 37.42),
-    PaperRow(5, 0.8867, 11.68, 0.30, 30.67),
-)
-"""The paper's Table II."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a number of tests with teams of one size gave."""
-
-    robots: int
-    tests: int
-    homing_rate: float
-    """Share of robots that came within the emitter's range."""
-    any_home_rate: float
-    """Share of tests in which at least one robot did."""
-    all_home_rate: float
-    """Share of tests in which all robots did."""
-    homing_time: float | None
-    """Mean over the robots that did [s]; None: none did."""
-    push_rate: float
-    """Share of tests in which the box touched the target wall."""
-    push_time: float | None
-    """Mean over those tests [s]; None: in none, the paper's "Max"."""
-
-
-@dataclass(frozen=True)
-class Tested:
-    """One controller of a trial's front."""
-
-    trial: int
-    genome: int
-    """Its id in the store."""
-    evolved: dict[str, float]
-    """Its objectives in the run: means over the episodes it was selected by."""
-    tested: dict[str, float]
-    """The same in the tests, with as many robots as in evolution."""
-    outcomes: list[Outcome]
-    """One for each team size."""
-    behaviours: dict[str, float]
-    """Share of robots with each label of the census, with as many robots as in evolution."""
-
-
-@dataclass(frozen=True)
-class Condition:
-    """A change of the world that no controller was evolved in."""
-
-    name: str
-    changes: str
-    """Of the configuration."""
-    outcome: Outcome
-
-
-@dataclass(frozen=True)
-class Assessment:
-    """All tests of a run."""
-
-    format: int
-    generation: int
-    """Of the tests' episode keys."""
-    generations: dict[int, int]
-    """For each trial: how many generations it had when it was tested."""
-    repeats: int
-    horizon: float
-    """Of a test [s]: who has not succeeded by then never does."""
-    rows: list[Outcome]
-    """Table II: for each team size the means over all controllers."""
-    controllers: list[Tested]
-    behaviours: dict[str, float]
-    """Over all controllers."""
-    robustness: list[Condition]
-    """The undisturbed world first; empty if it was not asked for."""
-    changes: list[str] = field(default_factory=list)
-    """What the tests' world has other than that of evolution, key by key."""
-
-    def is_stale(self, store: Store) -> bool:
-        """Whether the run has gone on since."""
-        return self.generations != {trial: store.generations(trial) for trial in store.trials()}
 
 
 # ---- the tests -------------------------------------------------------------------------------------------------------
@@ -236,12 +135,13 @@ class _Bench:
     def census(self, settings: Config) -> dict[int, list[dict[str, float]]]:
         """Return the share of robots with each label, for each controller."""
         found: dict[int, list[dict[str, float]]] = {}
+        team = Team(settings)
         for trial, genomes in self._genomes.items():
             found[trial] = []
             for genome in genomes:
                 if self._stop():
                     raise Interrupted
-                seen = record(settings, genome, test_keys(settings, trial), threads=self._workers)
+                seen = simulate(team, genome, test_keys(settings, trial), self._workers)
                 found[trial].append(census(settings, seen.telemetry))
                 self._note(settings.evolution.repeats)
         return found
@@ -272,7 +172,7 @@ def _controllers(
             evolved=point.objectives,
             tested=dict(zip(names, results[store.robots][trial].objectives[i].mean(axis=0).tolist(), strict=True)),
             outcomes=[
-                _outcome(robots, result[trial].homing_time[i], result[trial].push_time[i])
+                outcome(robots, *(result[trial].episodes.grid(name)[i] for name in ("homing_time", "push_time")))
                 for robots, result in tested.items()
             ],
             behaviours=behaviours[trial][i],
@@ -287,28 +187,8 @@ def _controllers(
 
 def _pooled(robots: int, results: dict[int, Evaluation]) -> Outcome:
     """Return the outcome over the controllers of all trials; each was tested as often."""
-    homing = np.concatenate([result.homing_time.reshape(-1, robots) for result in results.values()])
-    return _outcome(robots, homing, np.concatenate([result.push_time.ravel() for result in results.values()]))
-
-
-def _outcome(robots: int, homing_time: FloatArray, push_time: FloatArray) -> Outcome:
-    """Return the outcome of tests: ``homing_time`` ``(tests, robots)`` and ``push_time`` ``(tests,)``; NaN: never."""
-    home = np.isfinite(homing_time)
-    return Outcome(
-        robots=robots,
-        tests=len(push_time),
-        homing_rate=float(home.mean()),
-        any_home_rate=float(home.any(axis=1).mean()),
-        all_home_rate=float(home.all(axis=1).mean()),
-        homing_time=_mean(homing_time),
-        push_rate=float(np.isfinite(push_time).mean()),
-        push_time=_mean(push_time),
-    )
-
-
-def _mean(times: FloatArray) -> float | None:
-    finite = times[np.isfinite(times)]
-    return float(finite.mean()) if finite.size else None
+    homing = np.concatenate([result.episodes["homing_time"] for result in results.values()])
+    return outcome(robots, homing, np.concatenate([result.episodes["push_time"] for result in results.values()]))
 
 
 def _mean_shares(shares: Sequence[dict[str, float]]) -> dict[str, float]:
@@ -344,31 +224,7 @@ def _worlds(settings: Config) -> dict[str, tuple[str, Config]]:
     return {name: world for name, world in worlds.items() if not simulation.scene_errors(world[1])}
 
 
-# ---- watching --------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Recording:
-    """Tests of one individual, with their telemetry."""
-
-    config: Config
-    trial: int
-    genome: int
-    """Its id in the store."""
-    episodes: Episodes
-
-    @property
-    def telemetry(self) -> Telemetry:
-        """All channels."""
-        return self.episodes.telemetry
-
-    @property
-    def best(self) -> int:
-        """The test in which the box was at the wall soonest, else that in which most robots were at the source."""
-        pushed = self.telemetry.push_time
-        if np.isfinite(pushed).any():
-            return int(np.nanargmin(pushed))
-        return int(np.isfinite(self.telemetry.homing_time).sum(axis=1).argmax())
+# ---- watching -------------------------------------------------------------------------------------------------------
 
 
 def watch(store: Store, genome: int | None = None, tests: int = REPEATS, threads: int = 0) -> Recording:
@@ -386,8 +242,7 @@ def watch(store: Store, genome: int | None = None, tests: int = REPEATS, threads
     """
     id, trial = watched(store, genome)
     settings = _tested_config(store, tests)
-    episodes = record(settings, store.genome(id), test_keys(settings, trial), threads=threads)
-    return Recording(settings, trial, id, episodes)
+    return record(settings, store.genome(id), test_keys(settings, trial), threads)
 
 
 def watched(store: Store, genome: int | None = None) -> tuple[int, int]:
@@ -405,92 +260,3 @@ def watched(store: Store, genome: int | None = None) -> tuple[int, int]:
     if not trials.size:
         raise StoreError(f"{store.folder}: there is no genome {genome}")
     return genome, int(trials[0])
-
-
-def record(
-    settings: Config, genome: FloatArray, keys: Sequence[EpisodeKey], channels: Sequence[str] = (), threads: int = 0
-) -> Episodes:
-    """Run episodes of one individual and keep their telemetry.
-
-    Args:
-        settings: Of the run.
-        genome: ``(size,)``: of the robots, or, where each has its own, of the team.
-        keys: One for each episode.
-        channels: To keep; all if none is named.
-        threads: 0: one for each processor.
-
-    Raises:
-        EvaluationError: An episode failed.
-        PluginError: The controller cannot be made.
-        SimulatorError: The library refuses the scene or the policies.
-    """
-    scene = simulation.Scene(settings)
-    robots = scene.info.robots
-    ((name, options),) = settings.controller.items()
-    controller: Any = plugins.create("controller", name, options)
-    genomes = genome.reshape(robots if settings.team.genomes == "individual" else 1, -1)
-    wanted, threads = channels or list(CHANNELS), threads or len(os.sched_getaffinity(0))
-    if isinstance(controller, NativeController):
-        drivers = np.arange(robots, dtype=np.uint32) % len(genomes)
-        everyone = np.tile(drivers, (len(keys), 1))
-        done = simulation.simulate(scene, controller.policies(genomes), keys, everyone, wanted, threads)
-    else:
-        teams = np.tile(genomes, (len(keys), robots // len(genomes), 1))
-        done = simulation.simulate_lockstep(scene, controller, teams, keys, wanted, threads)
-    for key, status, message in zip(keys, done.status, done.messages, strict=True):
-        if status:
-            raise EvaluationError(f"{key}: the episode failed: {message}")
-    return done
-
-
-# ---- the file --------------------------------------------------------------------------------------------------------
-
-
-_ASSESSMENT: Final = pydantic.TypeAdapter(Assessment)
-
-
-def as_json(assessment: Assessment) -> str:
-    """Return an assessment as JSON, with the paper's table beside it."""
-    found = dataclasses.asdict(assessment) | {"paper": [row._asdict() for row in PAPER]}
-    return pydantic.TypeAdapter(dict[str, Any]).dump_json(found, indent=2).decode()
-
-
-def save(assessment: Assessment, folder: Path) -> Path:
-    """Write an assessment into its run's folder, in place of an older one; return the file.
-
-    Args:
-        assessment: In the run's own world.
-        folder: Of the run.
-
-    Raises:
-        StoreError: It cannot be written.
-        ValueError: It is of another world.
-    """
-    if assessment.changes:
-        raise ValueError(f"assessment: expected one in the run's own world, got {', '.join(assessment.changes)}")
-    file = folder / FILE
-    unfinished = file.with_suffix(".tmp")
-    try:
-        unfinished.write_text(as_json(assessment) + "\n", encoding="utf-8")
-        unfinished.replace(file)
-    except OSError as error:
-        raise StoreError(f"{file}: {error.strerror or error}") from error
-    return file
-
-
-def load(folder: Path) -> Assessment | None:
-    """Return the assessment in a run's folder; None: the run was not tested.
-
-    Raises:
-        StoreError: The file is damaged or of another version.
-    """
-    file = folder / FILE
-    try:
-        found = _ASSESSMENT.validate_json(file.read_bytes())
-    except FileNotFoundError:
-        return None
-    except (OSError, pydantic.ValidationError) as error:
-        raise StoreError(f"{file}: is damaged; make it again with swarmevo test") from error
-    if found.format != FORMAT:
-        raise StoreError(f"{file}: expected format {FORMAT}, got {found.format}; make it again with swarmevo test")
-    return found

@@ -18,7 +18,8 @@ import numpy as np
 
 from swarmevo import config
 from swarmevo.protocols import FloatArray, IntArray, Objective
-from swarmevo.runs.store import Store, Totals
+from swarmevo.runs.records import Totals
+from swarmevo.runs.store import Store
 from swarmevo.testing import random_genomes
 
 if TYPE_CHECKING:  # who only looks at a run needs no simulator

@@ -26,7 +26,7 @@ from swarmevo.errors import ConfigError, ExportError, SwarmevoError
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
-    from swarmevo.evolution.loop import MakeBackend
+    from swarmevo.evolution.threads import MakeBackend
     from swarmevo.runs.store import Store
 
 FAILED = 1
@@ -139,10 +139,10 @@ def evolve(
         _forecast(chosen, count)
         return
 
-    from swarmevo.evolution import loop
+    from swarmevo.runs import driver
 
     folder = out or Path("runs") / _run_name(config, chosen)
-    loop.begin(folder, chosen)
+    driver.begin(folder, chosen)
     print(f"run {folder}, seed {chosen.evolution.seed}", file=sys.stderr)
     _go_on(folder, count, scheduler)
 
@@ -164,11 +164,11 @@ def resume(
 
 
 def _extend(folder: Path, generations: str) -> None:
-    from swarmevo.evolution import loop
+    from swarmevo.runs import driver
     from swarmevo.runs.store import Store
 
     with Store.open(folder, readonly=False) as store:
-        total = loop.extend(store, generations)
+        total = driver.extend(store, generations)
     print(f"{folder}: {total} generations in each trial", file=sys.stderr)
 
 
@@ -211,7 +211,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
     """Bring a run to its end and show it; when that fails, say how to go on."""
     from swarmevo.analysis import fronts
     from swarmevo.errors import Interrupted
-    from swarmevo.evolution import loop
+    from swarmevo.runs import driver
     from swarmevo.runs.store import Store
     from swarmevo.views import console
 
@@ -221,7 +221,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
     with Store.open(folder, readonly=False) as store:
         try:
             with _StopOnSignal() as stop, console.progress(*fronts.generations(store)) as observe:
-                loop.evolve(store, workers, observe, stop, _backend(scheduler))
+                driver.evolve(store, workers, observe, stop, _backend(scheduler))
         except (Interrupted, KeyboardInterrupt):
             print(f"interrupted; {how}", file=sys.stderr)
             raise SystemExit(INTERRUPTED) from None
@@ -234,7 +234,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
 
 def _backend(scheduler: str | None) -> MakeBackend:
     """Return where episodes run: here, or on a cluster."""
-    from swarmevo.evolution.evaluation import ThreadBackend
+    from swarmevo.evolution.threads import ThreadBackend
 
     if scheduler is None:
         return ThreadBackend
@@ -379,7 +379,7 @@ def assess(
     as_json: Annotated[bool, typer.Option("--json", help="Everything, as JSON.")] = False,
 ) -> None:
     """Test the fronts' controllers on fresh seeds, in teams of several sizes: the paper's Table II."""
-    from swarmevo.analysis import assessment
+    from swarmevo.analysis import assessment, table_ii
     from swarmevo.errors import Interrupted
     from swarmevo.runs.store import Store
     from swarmevo.views import console
@@ -392,9 +392,9 @@ def assess(
         except (Interrupted, KeyboardInterrupt):
             print("interrupted; nothing was stored", file=sys.stderr)
             raise SystemExit(INTERRUPTED) from None
-    fate = "not stored, being of another world" if found.changes else f"stored in {assessment.save(found, run)}"
+    fate = "not stored, being of another world" if found.changes else f"stored in {table_ii.save(found, run)}"
     if as_json:
-        print(assessment.as_json(found))
+        print(table_ii.as_json(found))
     else:
         console.show_assessment(found)
     print(fate, file=sys.stderr)

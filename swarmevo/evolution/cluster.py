@@ -24,9 +24,10 @@ import numpy as np
 from swarmevo import __version__, plugins, simulation
 from swarmevo.config import Config
 from swarmevo.errors import ClusterError, EvaluationError, Interrupted, PluginError, SimulatorError
-from swarmevo.evolution.jobs import Job, JobResult, run_job
+from swarmevo.evolution.jobs import Job, run_job
+from swarmevo.evolution.results import Results
 from swarmevo.plugins.checked import one_line
-from swarmevo.runs.provenance import cpu
+from swarmevo.simulation.library import cpu
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -69,7 +70,7 @@ def identity(config_json: str) -> Identity:
     return {"swarmevo": __version__, "library": simulation.library_info()["build"], "NumPy": np.__version__, **found}
 
 
-def run_task(job: Job, config_json: str, expected: Identity) -> JobResult:
+def run_task(job: Job, config_json: str, expected: Identity) -> Results:
     """Run a job on a worker.
 
     Raises:
@@ -131,13 +132,13 @@ class DaskBackend:
         """What to note about where jobs run: the workers' CPUs."""
         return {"worker_cpus": sorted(set(self._client.run(cpu).values()))}
 
-    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
         """See :class:`swarmevo.evolution.evaluation.Backend`."""
         self._check_scheduler()
         futures = self._client.map(
             run_task, jobs, config_json=self._config_json, expected=self._expected, pure=False, key="swarmevo"
         )
-        finished: queue.SimpleQueue[Future[JobResult]] = queue.SimpleQueue()
+        finished: queue.SimpleQueue[Future[Results]] = queue.SimpleQueue()
         for future in futures:
             future.add_done_callback(finished.put)
         try:
@@ -153,7 +154,7 @@ class DaskBackend:
         """See :class:`swarmevo.evolution.evaluation.Backend`."""
         self._client.close(timeout=1)
 
-    def _next(self, finished: queue.SimpleQueue[Future[JobResult]], stop: Callable[[], bool]) -> Future[JobResult]:
+    def _next(self, finished: queue.SimpleQueue[Future[Results]], stop: Callable[[], bool]) -> Future[Results]:
         """Wait for a job to finish."""
         while True:
             try:
@@ -174,13 +175,13 @@ class DaskBackend:
             self._say(f"scheduler {self._address}: no worker; waiting for some")
         self._workers = workers
 
-    def _result(self, future: Future[JobResult], stop: Callable[[], bool]) -> JobResult:
+    def _result(self, future: Future[Results], stop: Callable[[], bool]) -> Results:
         """Fetch what a job gave; if it is lost with its worker, wait until another one has run it."""
         from distributed import CancelledError, KilledWorker
 
         while True:
             try:
-                result: JobResult = future.result(timeout=_GLANCE_SECONDS)
+                result: Results = future.result(timeout=_GLANCE_SECONDS)
                 return result
             except TimeoutError:
                 self._look_around(stop)

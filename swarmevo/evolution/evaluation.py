@@ -12,65 +12,49 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 import time
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed, wait
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Final, Protocol, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
 from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
-from swarmevo.evolution import processes
-from swarmevo.evolution.jobs import Job, JobResult, Setup, joined, never, run_job
-from swarmevo.evolution.results import Results
-from swarmevo.plugins.checked import TeamController
+from swarmevo.evolution.jobs import Job, Setup
+from swarmevo.evolution.results import Results, joined
+from swarmevo.evolution.threads import MakeBackend, ThreadBackend
+from swarmevo.plugins.team import never
 from swarmevo.protocols import FloatArray, GenomeSpace, Objective
 from swarmevo.simulation import EpisodeKey
 
-__all__ = [
-    "Backend",
-    "Evaluation",
-    "EvaluationError",
-    "Evaluator",
-    "Interrupted",
-    "Job",
-    "JobResult",
-    "TeamController",
-    "ThreadBackend",
-    "joined",
-    "mean_over_repeats",
-    "never",
-    "reference_costs",
-    "run_job",
-    "to_costs",
-]
-
 TELEMETRY_BYTES: Final = 64 * 2**20
 """Most that the telemetry of one job takes."""
-JOB_SECONDS: Final = 0.5
-"""A job should not take longer, so that Ctrl-C is answered soon; one episode is the least."""
 LEFT_SHARE: Final = 2
 """A job is at most this part of what is left for each worker: large ones first, so that the last ones are short."""
 LOCKSTEP_WORLDS: Final = 8
 """Episodes in a job of a controller written in Python: enough to make a call of it cheap."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Evaluation(Results):
+@dataclass(frozen=True)
+class Evaluation:
     """What n genomes did in r episodes each; m objectives."""
 
+    episodes: Results
+    """All of them, by individual and repeat."""
     costs: FloatArray
     """``(n, m)``: mean over the repeats, all to be minimised."""
-    faults: dict[tuple[int, int], str]
-    """Why episodes failed, by individual and repeat; theirs are the worst objectives and the hash 0."""
     seconds: float
     """From start to end."""
+
+    @property
+    def objectives(self) -> FloatArray:
+        """``(n, r, m)``: as measured, each in its own direction."""
+        objectives: FloatArray = self.episodes.grid("objective")
+        return objectives
 
 
 # ---- costs -----------------------------------------------------------------------------------------------------------
@@ -97,93 +81,10 @@ def mean_over_repeats(objectives: FloatArray) -> FloatArray:
     return mean
 
 
-# ---- where jobs run --------------------------------------------------------------------------------------------------
-
-
-class Backend(Protocol):
-    """Where jobs run."""
-
-    @property
-    def slots(self) -> int:
-        """How many jobs run at once, at least 1; it may change."""
-        ...
-
-    @property
-    def job_seconds(self) -> float:
-        """What a job should take: short enough to stop soon, long enough to be worth its way."""
-        ...
-
-    @property
-    def machines(self) -> Mapping[str, Any]:
-        """What to note about where jobs run, if not here."""
-        ...
-
-    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
-        """Yield the jobs' results in any order.
-
-        When closed early, drop the rest and wait for what still runs.
-
-        Args:
-            jobs: To run.
-            stop: Asked between results; when true, begin no more jobs, yield what is finished, and end.
-
-        Raises:
-            Interrupted: ``stop`` said so before the last result.
-        """
-        ...
-
-    def close(self) -> None:
-        """Free what it holds."""
-        ...
-
-
-class ThreadBackend:
-    """Runs jobs on threads of this process, a job on each."""
-
-    def __init__(self, config_json: str, workers: int) -> None:
-        self._config_json = config_json
-        self.slots = workers
-        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="swarmevo")
-
-    @property
-    def job_seconds(self) -> float:
-        """See :class:`Backend`."""
-        return JOB_SECONDS
-
-    @property
-    def machines(self) -> Mapping[str, Any]:
-        """See :class:`Backend`."""
-        return {}
-
-    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
-        """See :class:`Backend`."""
-        cancelled = threading.Event()
-        futures = [self._threads.submit(run_job, self._config_json, job, cancelled.is_set) for job in jobs]
-        to_come = len(jobs)
-        try:
-            for future in as_completed(futures):
-                if isinstance(future.exception(), Interrupted):
-                    continue
-                to_come -= 1
-                yield future.result()
-                if not cancelled.is_set() and stop() and to_come:
-                    cancelled.set()
-            if cancelled.is_set():
-                raise Interrupted
-        finally:
-            cancelled.set()
-            wait(futures)
-
-    def close(self) -> None:
-        """See :class:`Backend`."""
-        self._threads.shutdown()
-        processes.dismiss()
-
-
 # ---- the evaluator ---------------------------------------------------------------------------------------------------
 
 
-def forget(result: JobResult, seconds: float) -> None:
+def forget(result: Results, seconds: float) -> None:
     """Do not keep."""
 
 
@@ -202,7 +103,7 @@ class Evaluator:
         ValueError: The configuration has no seed, or ``workers`` is negative.
     """
 
-    def __init__(self, config: Config, workers: int, backend: Callable[[str, int], Backend] = ThreadBackend) -> None:
+    def __init__(self, config: Config, workers: int, backend: MakeBackend = ThreadBackend) -> None:
         if config.evolution.seed is None:
             raise ValueError("evolution.seed: expected a number, got None; draw one with config.seeded()")
         if workers < 0:
@@ -228,7 +129,7 @@ class Evaluator:
     @property
     def objectives(self) -> list[Objective]:
         """Of all fitness plugins, side by side."""
-        return self._setup.objectives
+        return self._setup.team.objectives
 
     @property
     def reference(self) -> FloatArray:
@@ -238,12 +139,12 @@ class Evaluator:
     @property
     def space(self) -> GenomeSpace:
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
-        return self._setup.space
+        return self._setup.team.space
 
     @property
     def robots(self) -> int:
         """In the team."""
-        return self._setup.robots
+        return self._setup.team.robots
 
     @property
     def machines(self) -> Mapping[str, Any]:
@@ -261,8 +162,8 @@ class Evaluator:
         trial: int,
         generation: int,
         stop: Callable[[], bool] = never,
-        known: JobResult | None = None,
-        keep: Callable[[JobResult, float], None] = forget,
+        known: Results | None = None,
+        keep: Callable[[Results, float], None] = forget,
     ) -> Evaluation:
         """Run every genome through the configured number of episodes.
 
@@ -293,36 +194,37 @@ class Evaluator:
             self._episode_seconds = sum(result.seconds for result in results) / sum(map(len, results))
         if known is not None:
             results.append(_without(known, jobs))
-        return self._evaluation(joined(results), len(genomes), time.perf_counter() - started)
+        return self._evaluation(joined(results), time.perf_counter() - started)
 
-    def _evaluation(self, results: JobResult, n: int, seconds: float) -> Evaluation:
-        """Return the results of all episodes of n genomes, by genome and repeat."""
-        if all(results.faults):
-            raise EvaluationError(f"every episode of the generation failed; the first: {results.faults[0]}")
-        shape = (n, self._repeats)
-        arrays = results.reshaped(*shape)
-        return Evaluation(
-            **arrays,
-            costs=to_costs(self.objectives, mean_over_repeats(arrays["objectives"])),
-            faults={place: fault for place, fault in zip(np.ndindex(shape), results.faults, strict=True) if fault},
-            seconds=seconds,
-        )
+    def _evaluation(self, episodes: Results, seconds: float) -> Evaluation:
+        """Return what all episodes of an evaluation mean."""
+        if all(episodes.faults):
+            raise EvaluationError(f"every episode of the generation failed; the first: {episodes.faults[0]}")
+        costs = to_costs(self.objectives, mean_over_repeats(episodes.grid("objective")))
+        return Evaluation(episodes, costs, seconds)
 
-    def _jobs(self, genomes: FloatArray, trial: int, generation: int, known: JobResult | None) -> list[Job]:
+    def _jobs(self, genomes: FloatArray, trial: int, generation: int, known: Results | None) -> list[Job]:
         """Cut what is not known of the evaluation into jobs: for each individual its repeats, one after the other."""
         total = len(genomes) * self._repeats
         keys = [EpisodeKey(self.seed, trial, generation, repeat) for repeat in range(self._repeats)]
         jobs = []
-        for places in self._cut(total, [] if known is None else known.places.tolist()):
+        for places in self._cut(total, [] if known is None else self._places(known)):
             individuals = tuple(place // self._repeats for place in places)
             episodes = tuple(keys[place % self._repeats] for place in places)
-            jobs.append(Job(places.start, individuals, genomes[list(individuals)], episodes))
+            jobs.append(Job(individuals, genomes[list(individuals)], episodes))
         return jobs
+
+    def _places(self, known: Results) -> list[int]:
+        """Return the number of each episode in the evaluation: individual by individual, repeat by repeat."""
+        places: list[int] = (known.individual * self._repeats + known.repeat).tolist()
+        return places
 
     def _cut(self, total: int, known: Collection[int]) -> list[range]:
         """Return the places of each job's episodes."""
         memory = max(1, TELEMETRY_BYTES // max(self._setup.episode_bytes, 1))
-        if not self._setup.native:  # always the same jobs, each as a whole: how they are cut may show in the results
+        if (
+            not self._setup.team.is_native
+        ):  # always the same jobs, each as a whole: how they are cut may show in the results
             length = min(memory, LOCKSTEP_WORLDS)
             jobs = [range(start, min(start + length, total)) for start in range(0, total, length)]
             return [job for job in jobs if not set(job) <= set(known)]
@@ -337,7 +239,7 @@ class Evaluator:
             start = end + 1
         return jobs
 
-    def _run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Iterator[JobResult]:
+    def _run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Iterator[Results]:
         """Yield the jobs' results as they come."""
         if stop():
             raise Interrupted
@@ -345,7 +247,8 @@ class Evaluator:
             yield from finished
 
 
-def _without(known: JobResult, jobs: Sequence[Job]) -> JobResult:
+def _without(known: Results, jobs: Sequence[Job]) -> Results:
     """Return the known results but for those that ``jobs`` run anew."""
-    anew = {job.start + i for job in jobs for i in range(len(job.episodes))}
-    return known.only(np.array([place not in anew for place in known.places.tolist()], dtype=np.bool_))
+    anew = {(i, key.repeat) for job in jobs for i, key in zip(job.individuals, job.episodes, strict=True)}
+    places = zip(known.individual.tolist(), known.repeat.tolist(), strict=True)
+    return known.only(np.array([place not in anew for place in places], dtype=np.bool_))

@@ -15,26 +15,19 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
 from swarmevo.evolution import processes
-from swarmevo.evolution.results import Results
-from swarmevo.plugins.checked import (
-    CancellableController,
-    CheckedController,
-    CheckedFitness,
-    TeamController,
-    check_names,
-)
-from swarmevo.protocols import CHANNELS, BoolArray, FloatArray, Telemetry
+from swarmevo.evolution.results import COLUMNS, Results, joined
+from swarmevo.plugins.team import Team, never
+from swarmevo.protocols import CHANNELS, FloatArray
 from swarmevo.simulation import EpisodeKey
 
 START_SECONDS: Final = 120.0
@@ -45,10 +38,8 @@ START_SECONDS: Final = 120.0
 class Job:
     """Some of an evaluation's k episodes, as plain data."""
 
-    start: int
-    """Number of its first episode in the evaluation."""
     individuals: tuple[int, ...]
-    """``k``: whom each episode tries, to name in errors."""
+    """``k``: places in the generation of those whom the episodes try."""
     genomes: FloatArray
     """``(k, size)``"""
     episodes: tuple[EpisodeKey, ...]
@@ -56,53 +47,10 @@ class Job:
 
     def alone(self, i: int) -> Job:
         """Return episode i as a job of its own."""
-        return Job(self.start + i, self.individuals[i : i + 1], self.genomes[i : i + 1], self.episodes[i : i + 1])
+        return Job(self.individuals[i : i + 1], self.genomes[i : i + 1], self.episodes[i : i + 1])
 
 
-@dataclass(frozen=True, kw_only=True)
-class JobResult(Results):
-    """What k episodes gave."""
-
-    places: NDArray[np.intp]
-    """``(k,)``: number of each episode in the evaluation: individual times repeats, plus repeat."""
-    faults: tuple[str, ...]
-    """``k``: why each failed; "" where it did not."""
-    seconds: float
-    """That they took."""
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-    def only(self, wanted: BoolArray) -> JobResult:
-        """Return the episodes where ``wanted`` ``(k,)`` is true."""
-        return JobResult(
-            **{name: array[wanted] for name, array in self.results().items()},
-            places=self.places[wanted],
-            faults=tuple(fault for fault, want in zip(self.faults, wanted, strict=True) if want),
-            seconds=self.seconds,
-        )
-
-
-def joined(results: Sequence[JobResult]) -> JobResult:
-    """Return one or more results as one, in the order of their episodes."""
-    places = np.concatenate([result.places for result in results])
-    order = np.argsort(places)
-    arrays = [result.results() for result in results]
-    faults = [fault for result in results for fault in result.faults]
-    return JobResult(
-        **{name: np.concatenate([array[name] for array in arrays])[order] for name in arrays[0]},
-        places=places[order],
-        faults=tuple(faults[i] for i in order),
-        seconds=sum(result.seconds for result in results),
-    )
-
-
-def never() -> bool:
-    """Do not stop."""
-    return False
-
-
-def run_job(config_json: str, job: Job, cancelled: Callable[[], bool] = never) -> JobResult:
+def run_job(config_json: str, job: Job, cancelled: Callable[[], bool] = never) -> Results:
     """Run a job on the calling thread. A pure function: any process on any machine gives the same.
 
     With a time limit (``evolution.episode_timeout``) it runs in a process of its own, which is killed when it takes
@@ -126,7 +74,7 @@ def run_job(config_json: str, job: Job, cancelled: Callable[[], bool] = never) -
     return _run_supervised(config_json, setup, job, cancelled)
 
 
-def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callable[[], bool]) -> JobResult:
+def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callable[[], bool]) -> Results:
     """Run a job in another process; if that gets lost, run its episodes one by one or say what happened."""
     limit = (setup.timeout or 0.0) * len(job.episodes)
     started = time.perf_counter()
@@ -149,7 +97,7 @@ def _warm_up(config_json: str) -> None:
     _setup(config_json)
 
 
-def _run_here(config_json: str, job: Job) -> JobResult:
+def _run_here(config_json: str, job: Job) -> Results:
     return _setup(config_json).run(job, never)
 
 
@@ -170,40 +118,21 @@ def _setup(config_json: str) -> Setup:
 
 
 class Setup:
-    """A configuration's scene and plugins, for one thread: a plugin need not be safe to share."""
+    """Runs jobs of a configuration with a team of its own. For one thread."""
 
     def __init__(self, config: Config) -> None:
-        self._scene = simulation.Scene(config)
-        self._info = self._scene.info
-        self._own_genomes = config.team.genomes == "individual"
-        self._controller = CheckedController(config, self._info)
-        self._fitness = [CheckedFitness(name, options) for name, options in config.fitness.items()]
-        self._channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
-        self.objectives = [objective for fitness in self._fitness for objective in fitness.objectives]
-        check_names(self.objectives)
+        self.team = Team(config)
         self.timeout = config.evolution.episode_timeout
         self.goes_on = config.evolution.on_fault == "worst"
-        space = self._controller.space
-        self.space = space.tile(self._info.robots) if self._own_genomes else space
-        self._judged = TeamController(self._controller.made, self._info.robots) if self._own_genomes else None
-
-    @property
-    def native(self) -> bool:
-        """Whether the controller runs in the library."""
-        return self._controller.is_native
-
-    @property
-    def robots(self) -> int:
-        """In the team."""
-        return self._info.robots
 
     @property
     def episode_bytes(self) -> int:
         """Size of an episode's telemetry."""
-        shapes = [[self._info.robots if a == "robots" else int(a) for a in CHANNELS[c]] for c in self._channels]
-        return 8 * self._info.control_steps * sum(math.prod(shape) for shape in shapes)
+        robots, steps = self.team.robots, self.team.scene.info.control_steps
+        shapes = [[robots if axis == "robots" else int(axis) for axis in CHANNELS[c]] for c in self.team.channels]
+        return 8 * steps * sum(math.prod(shape) for shape in shapes)
 
-    def run(self, job: Job, cancelled: Callable[[], bool]) -> JobResult:
+    def run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         """Run a job on the calling thread."""
         started = time.perf_counter()
         try:
@@ -215,74 +144,44 @@ class Setup:
                 return self.failed(job, str(error), time.perf_counter() - started)
             return joined([self.run(job.alone(i), cancelled) for i in range(len(job.episodes))])
 
-    def _run(self, job: Job, cancelled: Callable[[], bool]) -> JobResult:
+    def _run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         started = time.perf_counter()
-        done = self._simulate(job, cancelled)
+        done = self.team.simulate(job.genomes, job.episodes, cancelled=cancelled)
         failed = np.flatnonzero(done.status)
         if len(failed):
             first = int(failed[0])
             raise EvaluationError(f"{_place(job, first)}: the episode failed: {done.messages[first]}")
-        objectives = [self._judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
-        return JobResult(
-            places=job.start + np.arange(len(job.episodes)),
-            objectives=np.array(objectives),
-            hash=done.hash,
-            push_time=done.telemetry.push_time,
-            homing_time=done.telemetry.homing_time,
-            ode_messages=done.ode_messages,
-            unsolved_steps=done.unsolved_steps,
-            faults=("",) * len(job.episodes),
+        judged = [self.team.judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
+        left = {"objective": np.array(judged)}
+        left |= {name: getattr(done, name) for name in _SIMULATED}
+        return self._results(job, left, ("",) * len(job.episodes), started)
+
+    def failed(self, job: Job, reason: str, seconds: float) -> Results:
+        """Return the result of a job whose one episode failed."""
+        worst = np.array([objective.worst for objective in self.team.objectives], dtype=np.float64)
+        shape = {"": (1,), "robots": (1, self.team.robots)}
+        left = {
+            column.name: worst[np.newaxis]
+            if column.axis == "objectives"
+            else np.full(shape[column.axis], column.failed, dtype=column.dtype)
+            for column in COLUMNS
+        }
+        return self._results(job, left, (reason,), time.perf_counter() - seconds)
+
+    def _results(self, job: Job, left: dict[str, NDArray[Any]], faults: tuple[str, ...], started: float) -> Results:
+        return Results(
+            individual=np.array(job.individuals, dtype=np.intp),
+            repeat=np.array([key.repeat for key in job.episodes], dtype=np.intp),
+            values=left,
+            faults=faults,
             seconds=time.perf_counter() - started,
         )
 
-    def failed(self, job: Job, reason: str, seconds: float) -> JobResult:
-        """Return the result of a job whose one episode failed."""
-        return JobResult(
-            places=np.array([job.start]),
-            objectives=np.array([[objective.worst for objective in self.objectives]], dtype=np.float64),
-            hash=np.zeros(1, dtype=np.uint64),
-            push_time=np.full(1, np.nan),
-            homing_time=np.full((1, self._info.robots), np.nan),
-            ode_messages=np.zeros(1, dtype=np.uint32),
-            unsolved_steps=np.zeros(1, dtype=np.uint32),
-            faults=(reason,),
-            seconds=seconds,
-        )
 
-    def _simulate(self, job: Job, cancelled: Callable[[], bool]) -> simulation.Episodes:
-        n, robots = len(job.episodes), self._info.robots
-        teams = job.genomes.reshape(n, robots if self._own_genomes else 1, -1)  # (n, robots or 1, size)
-        if not self._controller.is_native:
-            genomes = np.repeat(teams, robots // teams.shape[1], axis=1)
-            controller = CancellableController(self._controller, cancelled)
-            return simulation.simulate_lockstep(self._scene, controller, genomes, job.episodes, self._channels)
-        policies = self._controller.policies(teams)
-        numbers = np.arange(n * teams.shape[1], dtype=np.uint32).reshape(teams.shape[:2])
-        robot_policies = np.ascontiguousarray(np.broadcast_to(numbers, (n, robots)))
-        try:
-            return simulation.simulate(self._scene, policies, job.episodes, robot_policies, self._channels)
-        except simulation.InvalidArgument as error:
-            raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
-
-    def _judge(self, telemetry: Telemetry, genomes: FloatArray, i: int) -> FloatArray:
-        """Return the objectives ``(m,)`` of episode i."""
-        controller = self._judged or self._controller.made
-        return np.concatenate(
-            [
-                fitness.evaluate(_episode(telemetry, i, fitness.channels), genomes[i : i + 1].copy(), controller)
-                for fitness in self._fitness
-            ]
-        )
+_SIMULATED: Final = [column.name for column in COLUMNS if column.axis != "objectives"]
+"""What the simulator tells of an episode."""
 
 
 def _place(job: Job, i: int) -> str:
     key = job.episodes[i]
     return f"trial {key.trial}, generation {key.generation}, individual {job.individuals[i]}, repeat {key.repeat}"
-
-
-def _episode(telemetry: Telemetry, i: int, channels: Sequence[str]) -> Telemetry:
-    """Return episode i alone, with no channel but ``channels``: what a fitness does not name it does not get."""
-    arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time", *channels)}
-    for array in arrays.values():
-        array.flags.writeable = False  # the next fitness reads it too
-    return Telemetry(control_period=telemetry.control_period, **arrays)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from swarmevo.protocols import (
     CHANNELS,
     Compiled,
     Controller,
+    ExplainedFitness,
     FeedForward,
     Fitness,
     FloatArray,
@@ -64,6 +65,14 @@ class CheckedController:
         if space.size < 1:
             raise EvaluationError(f"{self.title}: space: expected at least one gene, got none")
         return space
+
+    def complexity(self, controller: Controller, genomes: FloatArray) -> FloatArray:
+        """Return ``(n,)``: what ``controller``, this one or a team of it, says of genomes."""
+        return _numbers(
+            _call(self.title, "complexity", controller.complexity, genomes.copy()),
+            (len(genomes),),
+            f"{self.title}: complexity",
+        )
 
     def policies(self, teams: FloatArray) -> NativePolicies:
         """Return one policy for each genome of ``teams`` ``(n, genomes, size)``, made team by team."""
@@ -147,6 +156,14 @@ class CheckedFitness:
         if not np.isfinite(objectives).all():
             raise EvaluationError(f"{self._title}: evaluate: expected finite numbers, got {objectives.tolist()}")
         return objectives
+
+    def terms(self, telemetry: Telemetry) -> Mapping[str, FloatArray] | None:
+        """Return the parts of an objective ``(episodes, steps)`` by name; None: it does not explain itself."""
+        made = self._made
+        if not isinstance(made, ExplainedFitness):
+            return None
+        parts: Mapping[str, FloatArray] = _call(self._title, "terms", lambda: dict(made.terms(telemetry)))
+        return parts
 
 
 def plugin_title(kind: str, name: str) -> str:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from swarmevo.config import Config, did_you_mean
+from swarmevo.config import Config, Team, did_you_mean
 from swarmevo.errors import PluginError
 from swarmevo.protocols import (
     Block,
@@ -215,8 +215,12 @@ def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
         return _ANY_SPACE
     steps = round(config.episode.horizon / config.episode.control_period)
     scene = SceneInfo(config.team.robots, steps, config.episode.control_period)
-    space = controller.space(scene)
-    return space.tile(config.team.robots) if config.team.genomes == "individual" else space
+    return individual_space(controller.space(scene), config.team)
+
+
+def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
+    """Return the layout of an individual, of a robot's."""
+    return robot.tile(team.robots) if team.has_own_genomes else robot
 
 
 def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *args: Any) -> Any:

@@ -1,27 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The database of a run folder: its tables, opening it, and what to say when it fails.
-
-Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
-
-- ``run``, one row: ``seed``, ``robots``, ``config_sha256``; ``next_config_sha256`` while ``config.yaml`` is replaced.
-- ``session``: ``id`` (from 1), ``provenance`` as JSON. A new one when the run goes on with anything else than before.
-- ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range.
-- ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``.
-- ``genome``: ``id`` (from 1), ``sha256`` of ``genes``, ``genes`` as little-endian float64. Equal genomes are one row.
-- ``individual``: ``trial``, ``generation``, ``number`` (its place in the generation, from 0), ``genome``. A genome that
-  stays in the population is an individual of every generation in which it was evaluated.
-- ``episode``: ``trial``, ``generation``, ``individual``, ``repeat``; ``hash`` of its trajectory (64 bits, as a signed
-  integer); ``push_time`` [s] and, for each robot ``j``, ``homing_time_j`` [s], NULL: never; ``ode_messages`` and
-  ``unsolved_steps`` of the physics library; for each objective ``k``, ``objective_k`` as measured, in its own
-  direction; ``session`` that ran it; ``fault``: why it failed, NULL: it did not. A failed episode has the worst
-  objectives and the hash 0. Its random streams are keyed by the run's seed and (trial, generation, repeat).
-- ``optimiser``: ``trial``, ``generation`` after which it was taken, ``state`` as JSON (``evolution/state.py``).
-- ``in_flight``: episodes of the generation in work, as in ``episode``, with the SHA-256 of the ``genome`` and the
-  ``seconds`` that the generation had taken by then. Empty when no run was cut short.
-
-A generation and the optimiser's state after it are stored in one transaction, which empties ``in_flight``: all of it
-happens, or nothing.
-"""
+"""Opening a run's database, and what to say when it fails."""
 
 from __future__ import annotations
 
@@ -36,96 +14,11 @@ from urllib.parse import quote
 
 from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
+from swarmevo.runs.schema import APPLICATION_ID, SCHEMA_VERSION, tables
 
-SCHEMA_VERSION: Final = 2
-"""Of the tables; a folder written with another one is refused."""
-APPLICATION_ID: Final = 0x53574556
-"""``SWEV``: tells a run from any other SQLite file."""
 DATABASE_FILE: Final = "run.sqlite"
 
 _BUSY_SECONDS: Final = 30.0  # longer than any transaction takes
-
-
-# ---- the tables ------------------------------------------------------------------------------------------------------
-
-
-def _schema(objectives: int, robots: int) -> str:
-    """Return the tables' definition. STRICT: a column holds what its type says, not what SQLite makes of it."""
-    measured = "".join(f"    objective_{k} REAL NOT NULL,\n" for k in range(objectives))
-    homing = "".join(f"    homing_time_{j} REAL,\n" for j in range(robots))
-    outcome = f"""\
-    individual INTEGER NOT NULL,
-    repeat INTEGER NOT NULL,
-    hash INTEGER NOT NULL,
-    push_time REAL,
-    ode_messages INTEGER NOT NULL,
-    unsolved_steps INTEGER NOT NULL,
-{measured}{homing}\
-    PRIMARY KEY (trial, generation, individual, repeat)"""
-    return f"""
-PRAGMA application_id = {APPLICATION_ID};
-PRAGMA user_version = {SCHEMA_VERSION};
-CREATE TABLE run (
-    seed INTEGER NOT NULL,
-    robots INTEGER NOT NULL,
-    config_sha256 TEXT NOT NULL,
-    next_config_sha256 TEXT
-) STRICT;
-CREATE TABLE session (
-    id INTEGER PRIMARY KEY,
-    provenance TEXT NOT NULL
-) STRICT;
-CREATE TABLE objective (
-    number INTEGER PRIMARY KEY,
-    name TEXT NOT NULL UNIQUE,
-    direction TEXT NOT NULL CHECK (direction IN ('maximise', 'minimise')),
-    low REAL NOT NULL,
-    high REAL NOT NULL
-) STRICT;
-CREATE TABLE generation (
-    trial INTEGER NOT NULL,
-    number INTEGER NOT NULL,
-    seconds REAL NOT NULL,
-    stored TEXT NOT NULL,
-    PRIMARY KEY (trial, number)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE genome (
-    id INTEGER PRIMARY KEY,
-    sha256 BLOB NOT NULL UNIQUE,
-    genes BLOB NOT NULL
-) STRICT;
-CREATE TABLE individual (
-    trial INTEGER NOT NULL,
-    generation INTEGER NOT NULL,
-    number INTEGER NOT NULL,
-    genome INTEGER NOT NULL REFERENCES genome (id),
-    PRIMARY KEY (trial, generation, number),
-    FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX individual_genome ON individual (genome);
-CREATE TABLE episode (
-    trial INTEGER NOT NULL,
-    generation INTEGER NOT NULL,
-    session INTEGER NOT NULL REFERENCES session (id),
-    fault TEXT,
-{outcome},
-    FOREIGN KEY (trial, generation, individual) REFERENCES individual (trial, generation, number)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE optimiser (
-    trial INTEGER PRIMARY KEY,
-    generation INTEGER NOT NULL,
-    state TEXT NOT NULL,
-    FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
-) STRICT;
-CREATE TABLE in_flight (
-    trial INTEGER NOT NULL,
-    generation INTEGER NOT NULL,
-    session INTEGER NOT NULL REFERENCES session (id),
-    seconds REAL NOT NULL,
-    genome BLOB NOT NULL,
-{outcome}
-) STRICT, WITHOUT ROWID;
-"""
 
 
 def create_database(
@@ -147,7 +40,7 @@ def create_database(
         seed: Of everything random in the run.
     """
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as database:
-        database.executescript(f"BEGIN; {_schema(len(objectives), robots)}")
+        database.executescript(f"BEGIN; {tables(len(objectives), robots)}")
         database.execute("INSERT INTO run VALUES (?, ?, ?, NULL)", (seed, robots, config_sha256))
         database.execute("INSERT INTO session (provenance) VALUES (?)", (json.dumps(provenance),))
         database.executemany(

@@ -13,10 +13,12 @@ from typing import Any, Final, Literal, TextIO
 
 import numpy as np
 
-from swarmevo import __version__, plugins, simulation
+from swarmevo import __version__
 from swarmevo.config import Config
 from swarmevo.errors import ExportError
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, GenomeSpace
+from swarmevo.evolution.results import COLUMNS, Column
+from swarmevo.plugins.team import Team
+from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray
 from swarmevo.runs.store import Store
 
 FORMAT: Final = 1
@@ -38,22 +40,22 @@ def columns(store: Store) -> dict[str, str]:
         "individual": "place in the generation, from 0",
         "repeat": "from 0; with the run's seed, trial and generation it keys everything random in the episode",
         "genome": "id of the individual's genome",
-        **{
-            objective.name: f"objective, to {objective.direction}, from {objective.range[0]:g} to "
-            f"{objective.range[1]:g}; as measured in this episode"
-            for objective in store.objectives
-        },
-        "push_time": "first touch of box and target wall [s]; empty: never",
-        **{
-            f"homing_time_{j}": f"robot {j} first within the emitter's range [s]; empty: never"
-            for j in range(store.robots)
-        },
-        "ode_messages": "warnings of the physics library",
-        "unsolved_steps": "time steps that it could not solve",
-        "hash": "of the trajectory, 16 hexadecimal digits",
+        **{name: meaning for column in COLUMNS for name, meaning in _cells(store, column)},
         "session": "that ran it; provenance of each in the JSON export and in run.sqlite",
         "fault": "why it failed, and has the worst objectives; empty: it did not",
     }
+
+
+def _cells(store: Store, column: Column) -> Iterator[tuple[str, str]]:
+    """Yield name and meaning of each cell of a column; an objective has its own name."""
+    if column.axis == "objectives":
+        for one in store.objectives:
+            low, high = one.range
+            yield one.name, f"objective, to {one.direction}, from {low:g} to {high:g}; {column.meaning}"
+    elif column.dtype is np.uint64:
+        yield column.name, f"{column.meaning}, as 16 hexadecimal digits"
+    else:
+        yield from ((cell, column.meaning) for cell in column.cells(len(store.objectives), store.robots))
 
 
 def episodes(store: Store) -> Iterator[tuple[Any, ...]]:
@@ -64,17 +66,14 @@ def episodes(store: Store) -> Iterator[tuple[Any, ...]]:
 
 
 def _generation(store: Store, trial: int, number: int) -> Iterator[tuple[Any, ...]]:
-    stored, genomes = store.generation(trial, number), store.genome_ids(trial, number)
-    sessions = store.sessions(trial, number)
-    for at in np.ndindex(stored.hash.shape):
-        times = [stored.push_time[at], *stored.homing_time[at]]
-        yield (
-            *(trial, number, *at, int(genomes[at[0]])),
-            *stored.objectives[at].tolist(),
-            *(None if np.isnan(time) else float(time) for time in times),
-            *(int(stored.ode_messages[at]), int(stored.unsolved_steps[at]), f"{stored.hash[at]:016x}"),
-            *(int(sessions[at]), stored.faults.get(at)),
-        )
+    stored, genomes = store.generation(trial, number).episodes, store.genome_ids(trial, number)
+    sessions = store.sessions(trial, number).ravel()
+    sizes = len(store.objectives), store.robots
+    hexadecimal = [column.dtype is np.uint64 for column in COLUMNS for _ in column.cells(*sizes)]
+    for i, (individual, repeat, *cells) in enumerate(stored.rows()):
+        shown = (f"{cell:016x}" if as_hex else cell for cell, as_hex in zip(cells, hexadecimal, strict=True))
+        fault = stored.faults[i] or None
+        yield (trial, number, individual, repeat, int(genomes[individual]), *shown, int(sessions[i]), fault)
 
 
 def write_csv(store: Store, out: TextIO) -> None:
@@ -146,11 +145,8 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         PluginError: The run's controller plugin cannot be made.
         StoreError: There is no such genome.
     """
-    config = store.config
-    genes = store.genome(genome)
-    space, found = _space_and_networks(config, genes)
-    teams = config.team.robots if config.team.genomes == "individual" else 1
-    blocks = space.tile(teams).split(genes) if teams > 1 else space.split(genes)
+    config, genes = store.config, store.genome(genome)
+    team = Team(config)
     return {
         "format": FORMAT,
         "swarmevo": __version__,
@@ -158,21 +154,22 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         "genome": genome,
         "controller": config.controller,
         "genes": genes.tolist(),
-        "blocks": {name: block.tolist() for name, block in blocks.items()},
-        "networks": [_plain(network) for network in found],
+        "blocks": {name: block.tolist() for name, block in team.space.split(genes).items()},
+        "networks": [_plain(network) for network in networks(team, genes)],
         "observations": OBSERVATION_NAMES,
         "commands": ["left", "right"],
         "scales": _scales(config),
     }
 
 
-def networks(config: Config, genes: FloatArray) -> list[Network]:
+def networks(team: Team, genes: FloatArray) -> list[Network]:
     """Return the networks of a genome: one, or one for each robot where each has its own; none if it is no network.
 
     Raises:
-        PluginError: The controller plugin cannot be made.
+        EvaluationError: The controller plugin failed.
     """
-    return _space_and_networks(config, genes)[1]
+    found = team.networks(genes)
+    return [] if found is None else list(_networks(found))
 
 
 def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
@@ -190,7 +187,7 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
         StoreError: There is no such genome.
     """
     config = store.config
-    found = networks(config, store.genome(genome))
+    found = networks(Team(config), store.genome(genome))
     if not found:
         raise ExportError(f"controller {next(iter(config.controller))}: expected a feed-forward network to write as C")
     if not 0 <= robot < config.team.robots:
@@ -199,16 +196,6 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
     own = f", robot {robot}" if len(found) > 1 else ""
     title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
     return _template("network").substitute(_values(network, config, title)) + _template(target).template
-
-
-def _space_and_networks(config: Config, genes: FloatArray) -> tuple[GenomeSpace, list[Network]]:
-    ((name, options),) = config.controller.items()
-    made: Any = plugins.create("controller", name, options)
-    space: GenomeSpace = made.space(simulation.Scene(config).info)
-    if not hasattr(made, "policies"):
-        return space, []
-    policies = made.policies(genes.reshape(-1, space.size))
-    return space, list(_networks(policies)) if isinstance(policies, FeedForward) else []
 
 
 def _networks(policies: FeedForward) -> Iterator[Network]:

@@ -80,7 +80,7 @@ def of_size(settings: Config, robots: int) -> Config:
         ConfigError: Each robot has a genome of its own, and there are too few.
     """
     team = settings.team
-    if team.genomes == "individual" and robots > team.robots:
+    if team.has_own_genomes and robots > team.robots:
         raise ConfigError(f"--robots: expected at most {team.robots}, for each has its own genome, got {robots}")
     resized = team.model_copy(update={"robots": robots, "start_poses": team.start_poses[:robots]})
     return settings.model_copy(update={"team": resized})
@@ -88,6 +88,6 @@ def of_size(settings: Config, robots: int) -> Config:
 
 def first_robots(settings: Config, genomes: FloatArray, evolved_robots: int) -> FloatArray:
     """Return of ``genomes`` ``(..., size)`` what a team needs: where each robot has its own, those of the first."""
-    if settings.team.genomes == "shared":
+    if not settings.team.has_own_genomes:
         return genomes
     return genomes[..., : genomes.shape[-1] // evolved_robots * settings.team.robots]

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from swarmevo import __version__
+from swarmevo.simulation.library import cpu
 
 
 def provenance(config_yaml: str, plugins: Sequence[str], library: Mapping[str, str]) -> dict[str, Any]:
@@ -65,12 +66,3 @@ def _sha256_of_file(path: str | None) -> str | None:
     with contextlib.suppress(OSError):
         return hashlib.sha256(Path(path).read_bytes()).hexdigest() if path else None
     return None
-
-
-def cpu() -> str:
-    """Return the processor's model."""
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()

@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from swarmevo.config import Config, load
 from swarmevo.errors import StoreError
+from swarmevo.evolution.results import Generation, Results
 from swarmevo.evolution.state import decode_state
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs.database import ADVICE, DATABASE_FILE, explained
-from swarmevo.runs.records import Generation, Individuals, InFlight, Summary, Totals
+from swarmevo.runs.records import Individuals, Summary, Totals
+from swarmevo.runs.schema import cells, from_rows
 
 CONFIG_FILE: Final = "config.yaml"
 
@@ -120,7 +122,7 @@ class StoreReader:
         return [id for id, digest, genes in rows if hashlib.sha256(genes).digest() != digest]
 
     @_readable
-    def in_flight(self, trial: int, number: int, genomes: FloatArray) -> InFlight:
+    def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
         """Return the kept episodes of a generation that is not complete.
 
         Args:
@@ -129,20 +131,14 @@ class StoreReader:
             genomes: ``(n, size)``: the generation's; episodes of others are left out.
         """
         found = self._rows(
-            f"SELECT genome, seconds, individual, repeat, {self._result_columns()} FROM in_flight"
+            f"SELECT genome, seconds, {self._cells()} FROM in_flight"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
         digests = dict(enumerate(map(sha256_of_genes, genomes)))
         rows = [row for row in found if digests.get(row[2]) == row[0]]
-        places = np.array([row[2:4] for row in rows], dtype=np.int64).reshape(-1, 2)
-        return InFlight(
-            **self._results([row[4:] for row in rows], len(rows)),
-            individual=places[:, 0],
-            repeat=places[:, 1],
-            seconds=max((row[1] for row in rows), default=0.0),
-        )
+        return self._results([row[2:] for row in rows], max((row[1] for row in rows), default=0.0))
 
     @_readable
     def trials(self) -> list[int]:
@@ -153,6 +149,10 @@ class StoreReader:
     def generations(self, trial: int) -> int:
         """Return how many generations of a trial are stored: 0 to this less one."""
         return int(self._rows("SELECT COUNT(*) FROM generation WHERE trial = ?", trial)[0][0])
+
+    def episodes_stored(self) -> int:
+        """Return how many episodes are stored, of all trials."""
+        return self.totals().episodes
 
     @_readable
     def state(self, trial: int) -> dict[str, Any] | None:
@@ -180,18 +180,15 @@ class StoreReader:
             number,
         )
         rows = self._rows(
-            f"SELECT fault, {self._result_columns()} FROM episode"
+            f"SELECT fault, {self._cells()} FROM episode"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
-        shape = (len(genes), len(rows) // len(genes))
-        return Generation(
-            **self._results([row[1:] for row in rows], *shape),
-            genomes=np.array([_genes(row) for (row,) in genes]),
-            seconds=seconds[0][0],
-            faults={place: row[0] for place, row in zip(np.ndindex(shape), rows, strict=True) if row[0] is not None},
-        )
+        episodes = self._results([row[1:] for row in rows], seconds[0][0], tuple(row[0] or "" for row in rows))
+        if len(rows) != len(genes) * episodes.repeats:
+            raise ValueError("episodes are missing")
+        return Generation(np.array([_genes(row) for (row,) in genes]), episodes)
 
     def summaries(self, trial: int) -> Iterator[Summary]:
         """Yield every stored generation of a trial in short, in order."""
@@ -290,23 +287,19 @@ class StoreReader:
         with explained(self.folder):
             return self._database.execute(query, parameters).fetchall()
 
-    def _result_columns(self) -> str:
-        names = ("hash", "ode_messages", "unsolved_steps", "push_time")
-        return ", ".join([*names, *self._objective_columns(), *self._homing_columns()])
+    def _cells(self) -> str:
+        return ", ".join(["individual", "repeat", *cells(len(self.objectives), self.robots)])
 
-    def _results(self, rows: Sequence[tuple[Any, ...]], *shape: int) -> dict[str, NDArray[Any]]:
-        """Return rows of ``_result_columns`` as :class:`Results` has them, with axes of a ``shape``."""
-        m = len(self.objectives)
-        integers = np.array([row[:3] for row in rows], dtype=np.int64).reshape(*shape, 3)
-        reals = np.array([row[3:] for row in rows], dtype=np.float64).reshape(*shape, 1 + m + self.robots)
-        return {
-            "hash": integers[..., 0].astype(np.uint64),  # SQLite has no unsigned integers
-            "ode_messages": integers[..., 1].astype(np.uint32),
-            "unsolved_steps": integers[..., 2].astype(np.uint32),
-            "push_time": reals[..., 0],  # NULL became NaN
-            "objectives": reals[..., 1 : 1 + m],
-            "homing_time": reals[..., 1 + m :],
-        }
+    def _results(self, rows: Sequence[tuple[Any, ...]], seconds: float, faults: tuple[str, ...] = ()) -> Results:
+        """Return rows of ``_cells`` as results."""
+        places = np.array([row[:2] for row in rows], dtype=np.intp).reshape(-1, 2)
+        return Results(
+            individual=places[:, 0],
+            repeat=places[:, 1],
+            values=from_rows([row[2:] for row in rows], len(self.objectives), self.robots),
+            faults=faults or ("",) * len(rows),
+            seconds=seconds,
+        )
 
     def _objective_columns(self) -> list[str]:
         return [f"objective_{k}" for k in range(len(self.objectives))]

@@ -3,38 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo.evolution.results import Results
 from swarmevo.protocols import FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Generation(Results):
-    """One generation as evaluated: n individuals, r repeats, m objectives."""
-
-    genomes: FloatArray
-    """``(n, size)``"""
-    seconds: float
-    """That the evaluation took."""
-    faults: Mapping[tuple[int, int], str] = field(default_factory=dict)
-    """Why episodes failed, by individual and repeat; theirs are the worst objectives."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class InFlight(Results):
-    """k episodes of a generation that is not complete."""
-
-    individual: NDArray[np.int64]
-    """``(k,)``: place in the generation, from 0."""
-    repeat: NDArray[np.int64]
-    """``(k,)``: from 0."""
-    seconds: float
-    """That the generation had taken when the last of them came."""
 
 
 @dataclass(frozen=True)

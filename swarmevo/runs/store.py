@@ -23,17 +23,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from swarmevo.errors import StoreError
-from swarmevo.evolution.results import Results
-from swarmevo.evolution.state import decode_state, encode_state
+from swarmevo.evolution.results import Generation, Results
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs.database import (
     ADVICE,
     DATABASE_FILE,
-    SCHEMA_VERSION,
     connect,
     create_database,
     explained,
@@ -41,24 +36,7 @@ from swarmevo.runs.database import (
 )
 from swarmevo.runs.lock import WriterLock
 from swarmevo.runs.reader import CONFIG_FILE, StoreReader, sha256, sha256_of_genes
-from swarmevo.runs.records import Generation, Individuals, InFlight, Summary, Totals
-
-__all__ = [
-    "CONFIG_FILE",
-    "DATABASE_FILE",
-    "LOCK_FILE",
-    "PROVENANCE_FILE",
-    "SCHEMA_VERSION",
-    "Generation",
-    "InFlight",
-    "Individuals",
-    "Store",
-    "StoreError",
-    "Summary",
-    "Totals",
-    "decode_state",
-    "encode_state",
-]
+from swarmevo.runs.schema import cells, to_rows
 
 PROVENANCE_FILE: Final = "provenance.json"
 LOCK_FILE: Final = "run.lock"
@@ -181,21 +159,22 @@ class Store(StoreReader):
             trial: From 0.
             number: Of the generation, from 0; the next one of its trial.
             generation: As evaluated.
-            state: See :func:`encode_state`. It replaces the trial's last one.
+            state: See :func:`swarmevo.evolution.state.encode_state`. It replaces the trial's last one.
         """
         with self._transaction():
             self._check_next(trial, number)
             self._database.execute(
                 "INSERT INTO generation VALUES (?, ?, ?, ?)",
-                (trial, number, generation.seconds, datetime.now(UTC).isoformat(timespec="seconds")),
+                (trial, number, generation.episodes.seconds, datetime.now(UTC).isoformat(timespec="seconds")),
             )
             self._insert_individuals(trial, number, generation.genomes)
-            self._insert_episodes(trial, number, generation)
+            faults = [fault or None for fault in generation.episodes.faults]
+            self._insert_episodes("INSERT INTO episode", trial, number, generation.episodes, fault=faults)
             self._database.execute("REPLACE INTO optimiser VALUES (?, ?, ?)", (trial, number, state))
             self._database.execute(_KEEP_SESSIONS, (trial, number))
             self._database.execute("DELETE FROM in_flight")
 
-    def keep(self, trial: int, number: int, genomes: FloatArray, episodes: InFlight) -> None:
+    def keep(self, trial: int, number: int, genomes: FloatArray, episodes: Results) -> None:
         """Store episodes of the generation in work, to have them if the run is cut short.
 
         Unlike a generation they may be lost when the machine loses power; a killed process does not lose them.
@@ -204,17 +183,13 @@ class Store(StoreReader):
             trial: From 0.
             number: Of the generation, from 0; the next one of its trial.
             genomes: ``(n, size)``, of the whole generation.
-            episodes: Any of its episodes.
+            episodes: Any of its episodes, none of which failed.
         """
         digests = [sha256_of_genes(genomes[individual]) for individual in episodes.individual]
-        columns = [episodes.individual, episodes.repeat, *_columns(episodes)]
-        rows = zip(digests, *(column.tolist() for column in columns), strict=True)
-        before = f"{trial:d}, {number:d}, {self._session:d}, {float(episodes.seconds)!r}"
         with self._transaction(durable=False):
             self._check_next(trial, number)
-            self._database.executemany(
-                f"REPLACE INTO in_flight VALUES ({before}, {', '.join('?' * (1 + len(columns)))})", rows
-            )
+            seconds = [float(episodes.seconds)] * len(episodes)
+            self._insert_episodes("REPLACE INTO in_flight", trial, number, episodes, seconds=seconds, genome=digests)
 
     def begin_session(self, provenance: Mapping[str, Any]) -> None:
         """Note with what the run goes on; nothing is written if it is the same as before.
@@ -268,14 +243,14 @@ class Store(StoreReader):
             enumerate(digests),
         )
 
-    def _insert_episodes(self, trial: int, number: int, generation: Generation) -> None:
-        shape = generation.hash.shape
-        columns = [*np.indices(shape).reshape(2, -1), *_columns(generation)]
-        faults = [generation.faults.get(place) for place in np.ndindex(shape)]
-        before, places = f"{trial:d}, {number:d}, {self._session:d}", ", ".join("?" * (1 + len(columns)))
+    def _insert_episodes(self, into: str, trial: int, number: int, episodes: Results, **more: Sequence[Any]) -> None:
+        """Insert episodes, and ``more`` columns of their table."""
+        names = ["trial", "generation", "session", *more, "individual", "repeat"]
+        names += cells(len(self.objectives), self.robots)
+        before = (trial, number, self._session)
         self._database.executemany(
-            f"INSERT INTO episode VALUES ({before}, {places})",
-            zip(faults, *(column.tolist() for column in columns), strict=True),
+            f"{into} ({', '.join(names)}) VALUES ({', '.join('?' * len(names))})",
+            ([*before, *others, *row] for *others, row in zip(*more.values(), to_rows(episodes), strict=True)),
         )
 
     @contextlib.contextmanager
@@ -309,17 +284,6 @@ class Store(StoreReader):
             raise StoreError(
                 f"{self.folder}: {CONFIG_FILE} was changed since the run began; undo that, or begin another run"
             )
-
-
-def _columns(results: Results) -> list[NDArray[Any]]:
-    """Return the results of all episodes, one after the other, in the order of the tables' columns."""
-    flat = results.reshaped(results.hash.size)
-    return [
-        flat["hash"].view(np.int64),  # SQLite has no unsigned integers
-        *(flat[name] for name in ("push_time", "ode_messages", "unsolved_steps")),  # NaN becomes NULL
-        *flat["objectives"].T,
-        *flat["homing_time"].T,
-    ]
 
 
 def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:

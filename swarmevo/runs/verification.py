@@ -14,10 +14,12 @@ from typing import Any, Final
 import numpy as np
 
 from swarmevo.errors import StoreError
-from swarmevo.evolution.evaluation import Evaluation, Evaluator, JobResult, never
-from swarmevo.evolution.loop import check_objectives, origin_of
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.results import COLUMNS, Results
+from swarmevo.plugins.team import never
 from swarmevo.protocols import BoolArray, Objective
-from swarmevo.runs.store import Generation, Store
+from swarmevo.runs.driver import check_objectives, origin_of
+from swarmevo.runs.store import Store
 
 EXPLAINING: Final = (
     "swarmevo",
@@ -47,7 +49,7 @@ class Difference:
     session: int
     """That ran it."""
     what: tuple[str, ...]
-    """What differs: ``trajectory``, names of objectives, ``push_time``, ``homing_time``, ``fault``."""
+    """What differs: ``trajectory``, names of objectives, other columns, ``fault``."""
 
 
 @dataclass(frozen=True)
@@ -104,10 +106,11 @@ def verify(
         check_objectives(store, evaluator)
         for (trial, number), individuals in _by_generation(chosen).items():
             stored = store.generation(trial, number)
-            wanted = np.isin(np.arange(len(stored.genomes)), individuals)
-            again = evaluator.evaluate(stored.genomes, trial, number, stop, _known(stored, ~wanted))
-            differences += _compare(store, (trial, number), stored, again, wanted)
-            done, episodes = done + len(individuals), episodes + len(individuals) * stored.hash.shape[1]
+            wanted = np.isin(stored.episodes.individual, individuals)
+            known = stored.episodes.only(~wanted)
+            again = evaluator.evaluate(stored.genomes, trial, number, stop, known).episodes
+            differences += _compare(store, (trial, number), stored.episodes, again)
+            done, episodes = done + len(individuals), episodes + int(wanted.sum())
             observe(done, len(chosen))
         now = origin_of(config, evaluator)
     return Report(
@@ -146,58 +149,49 @@ def _by_generation(places: Sequence[Place]) -> dict[tuple[int, int], list[int]]:
     return found
 
 
-def _known(stored: Generation, individuals: BoolArray) -> JobResult:
-    """Return the episodes of ``individuals`` ``(n,)`` as results that need not be run."""
-    n, repeats = stored.hash.shape
-    everything = JobResult(
-        **stored.reshaped(n * repeats),
-        places=np.arange(n * repeats),
-        faults=tuple(stored.faults.get(place, "") for place in np.ndindex(n, repeats)),
-        seconds=0.0,
-    )
-    return everything.only(np.repeat(individuals, repeats))
-
-
 # ---- what differs, and why -------------------------------------------------------------------------------------------
 
 
-def _compare(
-    store: Store, place: tuple[int, int], stored: Generation, again: Evaluation, wanted: BoolArray
-) -> Iterator[Difference]:
-    genomes, sessions = store.genome_ids(*place), store.sessions(*place)
-    for individual in np.flatnonzero(wanted).tolist():
-        for repeat in range(stored.hash.shape[1]):
-            what = tuple(_differing(store.objectives, stored, again, individual, repeat))
-            if what:
-                genome, session = int(genomes[individual]), int(sessions[individual, repeat])
-                yield Difference(*place, individual, repeat, genome, session, what)
+def _compare(store: Store, place: tuple[int, int], stored: Results, again: Results) -> Iterator[Difference]:
+    genomes, sessions = store.genome_ids(*place), store.sessions(*place).ravel()
+    for i in range(len(stored)):
+        if what := tuple(_differing(store.objectives, stored, again, i)):
+            individual, repeat = int(stored.individual[i]), int(stored.repeat[i])
+            yield Difference(*place, individual, repeat, int(genomes[individual]), int(sessions[i]), what)
 
 
-def _differing(
-    objectives: Sequence[Objective], stored: Generation, again: Evaluation, individual: int, repeat: int
-) -> Iterator[str]:
-    at = individual, repeat
-    if stored.hash[at] != again.hash[at]:
-        yield "trajectory"
-    for k, objective in enumerate(objectives):
-        if stored.objectives[at][k] != again.objectives[at][k]:
-            yield objective.name
-    for name in ("push_time", "homing_time"):
-        if not np.array_equal(getattr(stored, name)[at], getattr(again, name)[at], equal_nan=True):
-            yield name
-    if (at in stored.faults) != (at in again.faults):
+def _differing(objectives: Sequence[Objective], stored: Results, again: Results, i: int) -> Iterator[str]:
+    """Yield the names of what is not the same in episode i."""
+    for column in COLUMNS:
+        same = np.atleast_1d(_same(stored[column.name][i], again[column.name][i]))
+        if column.axis == "objectives":
+            yield from (objective.name for objective, equal in zip(objectives, same, strict=True) if not equal)
+        elif not same.all():
+            yield "trajectory" if column.name == "hash" else column.name
+    if bool(stored.faults[i]) != bool(again.faults[i]):
         yield "fault"
+
+
+def _same(one: Any, other: Any) -> BoolArray:
+    same: BoolArray = (one == other) | ((one != one) & (other != other))  # NaN is NaN
+    return same
+
+
+def explain(store: Store, session: int) -> list[str]:
+    """Return what has changed since a session of a run, one line each; or that nothing has."""
+    with Evaluator(store.config, workers=1) as evaluator:
+        return _explain(store.session(session), origin_of(store.config, evaluator))
+
+
+def _explain(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    return list(_changes(then, now)) or [
+        "versions, library and CPU are the same; a plugin is not deterministic, or the database was changed"
+    ]
 
 
 def _explanations(store: Store, differences: Sequence[Difference], now: Mapping[str, Any]) -> Iterator[str]:
     for session in sorted({difference.session for difference in differences}):
-        changes = list(_changes(store.session(session), now))
-        yield from (f"session {session}: {change}" for change in changes)
-        if not changes:
-            yield (
-                f"session {session}: versions, library and CPU are the same; a plugin is not deterministic, "
-                "or the database was changed"
-            )
+        yield from (f"session {session}: {line}" for line in _explain(store.session(session), now))
 
 
 def _changes(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:

@@ -54,6 +54,16 @@ class Episodes:
     def __len__(self) -> int:
         return len(self.status)
 
+    @property
+    def homing_time(self) -> FloatArray:
+        """``(n, robots)``: first time within the emitter's range [s]; NaN: never."""
+        return self.telemetry.homing_time
+
+    @property
+    def push_time(self) -> FloatArray:
+        """``(n,)``: first touch of box and target wall [s]; NaN: never."""
+        return self.telemetry.push_time
+
 
 class Buffers:
     """The arrays that a batch of episodes writes to."""

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is known about the native library."""
+"""What is known about the native library, and the processor that it runs on."""
 
 from __future__ import annotations
+
+import contextlib
+import platform
+from pathlib import Path
 
 from swarmevo.errors import SimulatorError
 from swarmevo.simulation._ffi import library_path, load
@@ -30,3 +34,12 @@ def selftest() -> None:
     _, lib = load()
     if lib.swe_selftest_ode_error() != lib.SWE_PHYSICS_ERROR:
         raise SimulatorError("an assertion inside ODE was not caught; reinstall swarmevo")
+
+
+def cpu() -> str:
+    """Return the processor's model."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()

@@ -17,8 +17,8 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from swarmevo.analysis.assessment import Assessment, Outcome, PaperRow
     from swarmevo.analysis.fronts import Cost, Forecast, FrontPoint, Step, Summary
+    from swarmevo.analysis.table_ii import Assessment, Outcome, PaperRow
     from swarmevo.evolution.loop import Progress
     from swarmevo.plugins import PluginEntry, Report
     from swarmevo.protocols import Objective
@@ -205,7 +205,7 @@ def tests() -> Iterator[Callable[[int, int], None]]:
 
 def show_assessment(found: Assessment) -> None:
     """Print the paper's Table II, ours and the paper's side by side, and what else was tested."""
-    from swarmevo.analysis.assessment import PAPER
+    from swarmevo.analysis.table_ii import PAPER
 
     out = _stdout()
     out.print(

@@ -32,13 +32,13 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from swarmevo import plugins
 from swarmevo.analysis import assessment
 from swarmevo.analysis import fronts as pareto
-from swarmevo.analysis.assessment import Recording
+from swarmevo.analysis.recording import Recording
 from swarmevo.config import Config
 from swarmevo.errors import StoreError
-from swarmevo.protocols import FeedForward, FloatArray, NativeController, Objective
+from swarmevo.plugins.team import Team
+from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs.store import Store
 
 if TYPE_CHECKING:
@@ -460,7 +460,7 @@ def network(run: Run, genome: int | None = None) -> Picture:
     """
     with _opened(run) as store:
         chosen = assessment.watched(store, genome)[0]
-        nets = _networks(store.config, store.genome(chosen))
+        nets = Team(store.config).networks(store.genome(chosen))
     if nets is None:
         raise ValueError("network: expected a controller that makes FeedForward networks; this run's does not")
     hidden = np.flatnonzero(nets.hidden_switch[0])
@@ -472,19 +472,9 @@ def network(run: Run, genome: int | None = None) -> Picture:
         return picture
 
 
-def _networks(settings: Config, genome: FloatArray) -> FeedForward | None:
-    """Return an individual's networks, one, or one for each robot; None: the controller makes something else."""
-    ((name, options),) = settings.controller.items()
-    controller: Any = plugins.create("controller", name, options)
-    if not isinstance(controller, NativeController):
-        return None
-    made = controller.policies(genome.reshape(settings.team.robots if settings.team.genomes == "individual" else 1, -1))
-    return made if isinstance(made, FeedForward) else None
-
-
 def has_network(settings: Config, genome: FloatArray) -> bool:
     """Whether :func:`network` can draw a genome."""
-    return _networks(settings, genome) is not None
+    return Team(settings).networks(genome) is not None
 
 
 def _draw_network(axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequence[int], bias: bool) -> None:
@@ -550,7 +540,7 @@ def every(run: Run) -> Iterator[tuple[str, Picture]]:
         seen = assessment.watch(store)
         yield "paths", paths(seen)
         yield "occupancy", occupancy(seen)
-        if has_network(seen.config, store.genome(seen.genome)):
+        if has_network(seen.config, seen.genes):
             yield "network", network(store)
 
 

@@ -11,8 +11,8 @@ import pytest
 
 import small_runs
 from swarmevo import config
-from swarmevo.analysis import assessment, fronts
-from swarmevo.analysis.assessment import PAPER, Outcome
+from swarmevo.analysis import assessment, fronts, table_ii
+from swarmevo.analysis.table_ii import PAPER, Outcome
 from swarmevo.errors import ConfigError, Interrupted, StoreError
 from swarmevo.runs.store import Store
 
@@ -22,7 +22,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return small_runs.make(tmp_path_factory.mktemp("runs") / "run")
 
 
-def assess(run: Path, **options: object) -> assessment.Assessment:
+def assess(run: Path, **options: object) -> table_ii.Assessment:
     with Store.open(run) as store:
         return assessment.assess(store, **{"sizes": (1, 3), "repeats": 2, "workers": 1} | options)  # type: ignore[arg-type]
 
@@ -32,12 +32,12 @@ def assess(run: Path, **options: object) -> assessment.Assessment:
 
 def test_an_outcome_by_hand() -> None:
     homing = np.array([[1.0, np.nan], [3.0, 5.0], [np.nan, np.nan]])
-    outcome = assessment._outcome(2, homing, np.array([np.nan, 7.0, np.nan]))
+    outcome = table_ii.outcome(2, homing, np.array([np.nan, 7.0, np.nan]))
     assert outcome == Outcome(2, 3, 0.5, pytest.approx(2 / 3), pytest.approx(1 / 3), 3.0, pytest.approx(1 / 3), 7.0)
 
 
 def test_never_is_none() -> None:
-    outcome = assessment._outcome(1, np.full((4, 1), np.nan), np.full(4, np.nan))
+    outcome = table_ii.outcome(1, np.full((4, 1), np.nan), np.full(4, np.nan))
     assert (outcome.homing_rate, outcome.homing_time, outcome.push_rate, outcome.push_time) == (0, None, 0, None)
 
 
@@ -134,7 +134,7 @@ def test_watching_shows_the_tests(run: Path) -> None:
     with Store.open(run) as store:
         seen = assessment.watch(store, tests=2)
         best = fronts.front(store)[0]
-    assert (seen.genome, seen.trial) == (best.genome, best.trial)
+    assert [key.trial for key in seen.keys] == [best.trial, best.trial]
     homing = np.isfinite(seen.telemetry.homing_time).mean()
     (tested,) = [one for one in found.controllers if (one.trial, one.genome) == (best.trial, best.genome)]
     assert tested.outcomes[0].homing_rate == homing
@@ -152,25 +152,25 @@ def test_watching_somebody_unknown(run: Path) -> None:
 
 def test_saved_is_loaded(run: Path, tmp_path: Path) -> None:
     found = assess(run, robustness=True)
-    assert assessment.load(tmp_path) is None
-    file = assessment.save(found, tmp_path)
-    assert assessment.load(tmp_path) == found
+    assert table_ii.load(tmp_path) is None
+    file = table_ii.save(found, tmp_path)
+    assert table_ii.load(tmp_path) == found
     assert [path.name for path in tmp_path.iterdir()] == ["table_ii.json"]
     assert json.loads(file.read_text())["paper"][2]["push_rate"] == 0.96
 
 
 @pytest.mark.parametrize("content", ["", "{}", "[1]"])
 def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
-    (tmp_path / assessment.FILE).write_text(content)
+    (tmp_path / table_ii.FILE).write_text(content)
     with pytest.raises(StoreError, match="is damaged; make it again with swarmevo test"):
-        assessment.load(tmp_path)
+        table_ii.load(tmp_path)
 
 
 def test_another_format_is_refused(run: Path, tmp_path: Path) -> None:
-    file = assessment.save(assess(run), tmp_path)
+    file = table_ii.save(assess(run), tmp_path)
     file.write_text(file.read_text().replace('"format": 1', '"format": 2'))
     with pytest.raises(StoreError, match="expected format 1, got 2"):
-        assessment.load(tmp_path)
+        table_ii.load(tmp_path)
 
 
 def test_who_went_on_is_stale(tmp_path: Path) -> None:

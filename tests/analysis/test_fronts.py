@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import grids
 from swarmevo import config
 from swarmevo.analysis import fronts
 from swarmevo.config import Config
+from swarmevo.evolution.results import Generation
 from swarmevo.protocols import Block, FloatArray, GenomeSpace, Objective
-from swarmevo.runs.store import Generation, Store
+from swarmevo.runs.store import Store
 
 SCORE = Objective("score", "maximise", (0.0, 100.0))
 NEURONS = Objective("neurons", "minimise", (0.0, 15.0))
@@ -45,9 +47,9 @@ def append(store: Store, trial: int, individuals: Sequence[tuple[float, Sequence
     neurons = np.broadcast_to(np.array([[neurons] for _, _, neurons in individuals]), scores.shape)
     homing = np.full((*scores.shape, ROBOTS), np.nan)
     homing[..., 0] = np.where(scores > 0, 2.0, np.nan)
-    generation = Generation(
-        genomes=np.array([[gene] for gene, _, _ in individuals], dtype=float),
-        objectives=np.stack([scores, neurons], axis=-1),
+    genomes = np.array([[gene] for gene, _, _ in individuals], dtype=float)
+    episodes = grids.results(
+        objective=np.stack([scores, neurons], axis=-1),
         hash=np.zeros(scores.shape, dtype=np.uint64),
         push_time=np.where(scores > 0, 4.0, np.nan),
         homing_time=homing,
@@ -55,7 +57,7 @@ def append(store: Store, trial: int, individuals: Sequence[tuple[float, Sequence
         unsolved_steps=np.zeros(scores.shape, dtype=np.uint32),
         seconds=0.5,
     )
-    store.append(trial, store.generations(trial), generation, "{}")
+    store.append(trial, store.generations(trial), Generation(genomes, episodes), "{}")
 
 
 def gene(store: Store, point: fronts.FrontPoint) -> float:

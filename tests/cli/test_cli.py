@@ -200,7 +200,10 @@ def test_a_failure_during_the_run_is_one_line_and_says_how_to_go_on(
 def results(folder: str) -> list[Any]:
     with Store.open(folder) as store:
         kept = [store.generation(trial, number) for trial in range(2) for number in range(store.generations(trial))]
-    return [(generation.hash.tolist(), generation.objectives.tolist()) for generation in kept]
+    return [
+        (generation.episodes.grid("hash").tolist(), generation.episodes.grid("objective").tolist())
+        for generation in kept
+    ]
 
 
 @pytest.fixture

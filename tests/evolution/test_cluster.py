@@ -22,9 +22,11 @@ from swarmevo.config import Config
 from swarmevo.errors import ClusterError, EvaluationError, Interrupted
 from swarmevo.evolution import cluster
 from swarmevo.evolution.cluster import DaskBackend
-from swarmevo.evolution.evaluation import Evaluator, never
-from swarmevo.evolution.loop import begin, evolve
-from swarmevo.runs.store import DATABASE_FILE, Store
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.plugins.team import never
+from swarmevo.runs.database import DATABASE_FILE
+from swarmevo.runs.driver import begin, evolve
+from swarmevo.runs.store import Store
 
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")

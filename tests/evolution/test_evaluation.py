@@ -12,17 +12,11 @@ import toy_plugins
 from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
-from swarmevo.evolution import evaluation
-from swarmevo.evolution.evaluation import (
-    Evaluation,
-    Evaluator,
-    Job,
-    JobResult,
-    TeamController,
-    joined,
-    run_job,
-    to_costs,
-)
+from swarmevo.evolution import evaluation, threads
+from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
+from swarmevo.evolution.jobs import Job, run_job
+from swarmevo.evolution.results import Results, joined
+from swarmevo.plugins.checked import TeamController
 from swarmevo.protocols import Compiled, FloatArray, Objective
 from toy_plugins import HIDDEN
 
@@ -45,9 +39,9 @@ class Recorder:
 
     @property
     def job_seconds(self) -> float:
-        return evaluation.JOB_SECONDS
+        return threads.JOB_SECONDS
 
-    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
         self.jobs += jobs
         for job in reversed(jobs):
             yield run_job(self._config_json, job)
@@ -67,8 +61,10 @@ def evaluate(config: Config, genomes: FloatArray, generation: int = 0, workers: 
 
 
 def assert_same(a: Any, b: Any) -> None:
-    for field in FIELDS:
-        np.testing.assert_array_equal(getattr(a, field), getattr(b, field), err_msg=field)
+    one, two = getattr(a, "episodes", a), getattr(b, "episodes", b)
+    for name in one.values:
+        np.testing.assert_array_equal(one[name], two[name], err_msg=name)
+    np.testing.assert_array_equal(getattr(a, "costs", 0), getattr(b, "costs", 0))
 
 
 # ---- what comes out --------------------------------------------------------------------------------------------------
@@ -79,10 +75,11 @@ def test_an_evaluation_has_every_repeat_of_every_genome() -> None:
     found = evaluate(config, genomes_for(config, 5))
     assert found.objectives.shape == (5, 3, 3)
     assert found.costs.shape == (5, 3)
-    assert found.hash.shape == found.push_time.shape == found.ode_messages.shape == (5, 3)
-    assert found.homing_time.shape == (5, 3, 2)
-    assert found.hash.dtype == np.uint64
-    assert len(np.unique(found.hash)) == 15
+    for name in ("hash", "push_time", "ode_messages"):
+        assert found.episodes.grid(name).shape == (5, 3)
+    assert found.episodes.grid("homing_time").shape == (5, 3, 2)
+    assert found.episodes.grid("hash").dtype == np.uint64
+    assert len(np.unique(found.episodes.grid("hash"))) == 15
     assert found.seconds > 0
 
 
@@ -108,9 +105,9 @@ def test_all_individuals_of_a_generation_meet_the_same_noise() -> None:
     genomes = np.repeat(genomes_for(config, 1), 3, axis=0)
     here, later = evaluate(config, genomes, generation=0), evaluate(config, genomes, generation=1)
     for found in (here, later):
-        assert (found.hash == found.hash[0]).all()
-        assert found.hash[0, 0] != found.hash[0, 1]
-    assert here.hash[0, 0] != later.hash[0, 0]
+        assert (found.episodes.grid("hash") == found.episodes.grid("hash")[0]).all()
+        assert found.episodes.grid("hash")[0, 0] != found.episodes.grid("hash")[0, 1]
+    assert here.episodes.grid("hash")[0, 0] != later.episodes.grid("hash")[0, 0]
 
 
 # ---- the same bits however the work is cut ---------------------------------------------------------------------------
@@ -134,26 +131,26 @@ def test_results_do_not_depend_on_the_cut_into_jobs(genomes_of: str) -> None:
         assert_same(whole, _run_in_jobs(config, genomes, length))
 
 
-def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> JobResult:
+def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> Results:
     """Return the results of jobs of a length as one."""
     keys = [simulation.EpisodeKey(7, 0, 0, repeat) for repeat in range(2)]
     places = [(individual, key) for individual in range(len(genomes)) for key in keys]
     results = []
     for start in range(0, len(places), length):
         individuals, episodes = zip(*places[start : start + length], strict=True)
-        job = Job(start, individuals, genomes[list(individuals)], episodes)
+        job = Job(individuals, genomes[list(individuals)], episodes)
         results.append(run_job(config.model_dump_json(), job))
     return joined(results[::-1])
 
 
 def test_a_job_is_a_pure_function() -> None:
     config = toy_plugins.config()
-    job = Job(0, (0,), genomes_for(config, 1), (simulation.EpisodeKey(7, 0, 0, 0),))
+    job = Job((0,), genomes_for(config, 1), (simulation.EpisodeKey(7, 0, 0, 0),))
     other = toy_plugins.config(episode={"horizon": 0.5})
     first = run_job(config.model_dump_json(), job)
     between = run_job(other.model_dump_json(), job)
     assert_same(first, run_job(config.model_dump_json(), job))
-    assert (first.objectives[0, :2] != between.objectives[0, :2]).all()
+    assert (first["objective"][0, :2] != between["objective"][0, :2]).all()
 
 
 def test_another_backend_may_answer_in_any_order() -> None:
@@ -179,20 +176,20 @@ def recorded_lengths(config: Config, genomes: FloatArray, workers: int) -> list[
 
 
 def test_jobs_are_short_enough_for_every_worker_to_have_some(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation, "JOB_SECONDS", 1e9)
+    monkeypatch.setattr(threads, "JOB_SECONDS", 1e9)
     config = toy_plugins.config()
     assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [8, 4, 2, 1, 1]
     assert recorded_lengths(config, genomes_for(config, 8), workers=2) == [4, 3, 2, 1, 1, 1, 1, 1, 1, 1]
 
 
 def test_jobs_are_short_enough_to_stop_soon(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation, "JOB_SECONDS", 0.0)
+    monkeypatch.setattr(threads, "JOB_SECONDS", 0.0)
     config = toy_plugins.config()
     assert recorded_lengths(config, genomes_for(config, 8), workers=1) == [1] * 16
 
 
 def test_telemetry_of_a_job_stays_in_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluation, "JOB_SECONDS", 1e9)
+    monkeypatch.setattr(threads, "JOB_SECONDS", 1e9)
     # Per control step: pose 2 x 3, command 2 x 2, rf 2.
     monkeypatch.setattr(evaluation, "TELEMETRY_BYTES", 3 * 8 * 10 * (6 + 4 + 2))
     config = toy_plugins.config()
@@ -215,7 +212,7 @@ def test_a_team_of_individuals_has_a_genome_for_each_robot() -> None:
     alike = evaluate(own, np.concatenate([one, one])[np.newaxis])
     assert_same(alike, evaluate(shared, one[np.newaxis]))
     mixed = evaluate(own, np.array([np.concatenate([one, two]), np.concatenate([two, one])]))
-    assert len(np.unique(np.concatenate([mixed.hash[:, 0], alike.hash[:, 0]]))) == 3
+    assert len(np.unique(np.concatenate([mixed.episodes.grid("hash")[:, 0], alike.episodes.grid("hash")[:, 0]]))) == 3
 
 
 def test_lockstep_gives_each_robot_its_genome() -> None:
@@ -235,7 +232,7 @@ def test_the_complexity_of_a_team_is_the_mean_over_its_robots() -> None:
 def test_every_robot_of_every_episode_finds_its_compiled_policy(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
 
-    def simulate(scene: Any, policies: Compiled, episodes: Any, robot_policies: Any, channels: Any) -> None:
+    def simulate(scene: Any, policies: Compiled, episodes: Any, robot_policies: Any, *_: Any) -> None:
         seen.append((policies, robot_policies))
         raise simulation.SimulatorError("not run")
 
@@ -244,7 +241,7 @@ def test_every_robot_of_every_episode_finds_its_compiled_policy(monkeypatch: pyt
     genomes = genomes_for(config, 2)
     keys = tuple(simulation.EpisodeKey(7, 0, 0, repeat) for repeat in range(2))
     with pytest.raises(simulation.SimulatorError, match="not run"):
-        run_job(config.model_dump_json(), Job(0, (0, 1), genomes, keys))
+        run_job(config.model_dump_json(), Job((0, 1), genomes, keys))
     ((policies, robot_policies),) = seen
     assert (policies.function, policies.memory) == (1, 3)
     np.testing.assert_array_equal(policies.parameters[robot_policies], genomes.reshape(2, 2, 36))
@@ -268,7 +265,7 @@ def test_an_evaluation_stops_when_asked(controller: str, asked: int) -> None:
 
 def test_a_cancelled_job_in_lockstep_ends_within_a_step() -> None:
     config = toy_plugins.config(controller="toy_linear", episode={"horizon": 1000.0})
-    job = Job(0, (0,), genomes_for(config, 1), (simulation.EpisodeKey(7, 0, 0, 0),))
+    job = Job((0,), genomes_for(config, 1), (simulation.EpisodeKey(7, 0, 0, 0),))
     answers = iter([False, False, True])
     with pytest.raises(Interrupted):
         run_job(config.model_dump_json(), job, lambda: next(answers))

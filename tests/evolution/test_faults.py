@@ -21,8 +21,8 @@ from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
 from swarmevo.evolution import evaluation, processes
 from swarmevo.evolution.evaluation import Evaluator
-from swarmevo.evolution.loop import begin, evolve
 from swarmevo.protocols import FloatArray
+from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
 
 BAD = 5.0  # first gene of a genome that makes the plugins below fail
@@ -110,16 +110,16 @@ LIMIT = 0.5  # [s]
 
 
 def assert_only_the_bad_one_failed(found: evaluation.Evaluation, sound: evaluation.Evaluation, told: str) -> None:
-    assert set(found.faults) == {(2, 0), (2, 1)}
-    for (individual, repeat), reason in found.faults.items():
+    assert set(found.episodes.failures) == {(2, 0), (2, 1)}
+    for (individual, repeat), reason in found.episodes.failures.items():
         assert "\n" not in reason
         assert re.search(told, reason), reason
         np.testing.assert_array_equal(found.objectives[individual, repeat], [0.0, 1.0, toy_plugins.HIDDEN])
-        assert found.hash[individual, repeat] == 0
-        assert np.isnan(found.push_time[individual, repeat])
+        assert found.episodes.grid("hash")[individual, repeat] == 0
+        assert np.isnan(found.episodes.grid("push_time")[individual, repeat])
     others = [0, 1, 3, 4, 5]
     np.testing.assert_array_equal(found.objectives[others], sound.objectives[others])
-    np.testing.assert_array_equal(found.hash[others], sound.hash[others])
+    np.testing.assert_array_equal(found.episodes.grid("hash")[others], sound.episodes.grid("hash")[others])
 
 
 @pytest.mark.parametrize("plugin", PLUGINS)
@@ -165,10 +165,9 @@ def test_or_ends_the_evaluation_with_its_place(mood: str, told: str) -> None:
 def test_a_time_limit_changes_no_bit() -> None:
     free, limited = config("moody_network", ""), config("moody_network", "", timeout=60.0)
     tried = genomes(free, bad=())
-    for name in ("objectives", "hash", "push_time", "homing_time"):
-        np.testing.assert_array_equal(
-            getattr(evaluate(free, tried), name), getattr(evaluate(limited, tried), name), err_msg=name
-        )
+    one, two = evaluate(free, tried).episodes, evaluate(limited, tried).episodes
+    for name in one.values:
+        np.testing.assert_array_equal(one[name], two[name], err_msg=name)
 
 
 def test_a_plugin_s_error_comes_through_a_process_as_it_is() -> None:
@@ -208,9 +207,9 @@ def test_a_failed_episode_is_recorded_in_the_run(tmp_path: Path, monkeypatch: py
     with Store.open(tmp_path / "run") as store:
         assert store.totals().faults == len(seen) * 2
         generation = store.generation(1, 2)
-        assert set(generation.faults) == {(1, 0), (1, 1)}
-        assert "policies raised KeyError" in generation.faults[1, 0]
-        np.testing.assert_array_equal(generation.objectives[1], [[0.0, 1.0, 2.0]] * 2)
+        assert set(generation.episodes.failures) == {(1, 0), (1, 1)}
+        assert "policies raised KeyError" in generation.episodes.failures[1, 0]
+        np.testing.assert_array_equal(generation.episodes.grid("objective")[1], [[0.0, 1.0, 2.0]] * 2)
 
 
 # ---- a call in another process ---------------------------------------------------------------------------------------

@@ -19,10 +19,13 @@ import toy_plugins
 from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, EvaluationError, Interrupted, PluginError, StoreError
-from swarmevo.evolution import evaluation, loop
+from swarmevo.evolution import loop, threads
 from swarmevo.evolution.evaluation import to_costs
-from swarmevo.evolution.loop import Progress, begin, evolve
-from swarmevo.runs.store import DATABASE_FILE, Store
+from swarmevo.evolution.loop import Progress
+from swarmevo.plugins.team import never
+from swarmevo.runs.database import DATABASE_FILE
+from swarmevo.runs.driver import begin, evolve
+from swarmevo.runs.store import Store
 
 GENERATIONS, TRIALS = 3, 2
 
@@ -30,7 +33,7 @@ GENERATIONS, TRIALS = 3, 2
 @pytest.fixture(autouse=True)
 def _toys(distribution: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     toy_plugins.install(distribution)
-    monkeypatch.setattr(evaluation, "JOB_SECONDS", 0.0)  # one episode a job: 1 + n * r questions whether to stop
+    monkeypatch.setattr(threads, "JOB_SECONDS", 0.0)  # one episode a job: 1 + n * r questions whether to stop
 
 
 class StopAt:
@@ -52,7 +55,7 @@ def run(
     folder: Path,
     workers: int = 1,
     observe: Callable[[Progress], None] = ignore,
-    stop: Callable[[], bool] = evaluation.never,
+    stop: Callable[[], bool] = never,
 ) -> None:
     """Begin a run if there is none yet, and go on with it."""
     if not folder.exists():
@@ -125,7 +128,7 @@ def test_progress_tells_where_the_run_stands(tmp_path: Path) -> None:
     assert [p.eta_seconds > 0 for p in seen] == [True] * 5 + [False]
     with Store.open(tmp_path / "run") as store:
         for p in seen:
-            means = store.generation(p.trial, p.generation).objectives.mean(axis=1)
+            means = store.generation(p.trial, p.generation).episodes.grid("objective").mean(axis=1)
             assert list(p.best) == ["travel", "distance", "neurons"]
             np.testing.assert_allclose(list(p.best.values()), [means[:, 0].max(), *means[:, 1:].min(axis=0)])
             front = moocore.filter_dominated(to_costs(store.objectives, means))
@@ -189,7 +192,7 @@ def test_a_run_that_was_killed_goes_on_as_if_it_had_not_been(
             stop = StopAt(15)
             run(folder, stop=lambda: stop() and die())
         else:
-            monkeypatch.setattr(Store, "_insert_episodes", die)
+            monkeypatch.setattr(Store, "_insert_individuals", die)
             run(folder)
 
     for _ in range(2):

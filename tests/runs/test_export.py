@@ -22,9 +22,10 @@ from swarmevo import cli, simulation
 from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ExportError, StoreError
-from swarmevo.evolution.loop import begin, evolve
+from swarmevo.plugins.team import Team
 from swarmevo.protocols import FeedForward, FloatArray
 from swarmevo.runs import export
+from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
 from swarmevo.simulation._ffi import load
 from swarmevo.simulation.policies import native_policies
@@ -64,9 +65,11 @@ def test_csv_has_every_episode_with_all_bits(folder: Path) -> None:
             stored = store.generation(int(row["trial"]), int(row["generation"]))
             at = int(row["individual"]), int(row["repeat"])
             names = [objective.name for objective in store.objectives]
-            assert [float(row[name]) for name in names] == stored.objectives[at].tolist()
-            assert int(row["hash"], 16) == stored.hash[at]
-            assert np.array_equal(float(row["push_time"] or "nan"), stored.push_time[at], equal_nan=True)
+            assert [float(row[name]) for name in names] == stored.episodes.grid("objective")[at].tolist()
+            assert int(row["hash"], 16) == stored.episodes.grid("hash")[at]
+            assert np.array_equal(
+                float(row["push_time"] or "nan"), stored.episodes.grid("push_time")[at], equal_nan=True
+            )
             np.testing.assert_array_equal(store.genome(int(row["genome"])), stored.genomes[at[0]])
             assert (row["session"], row["fault"]) == ("1", "")
 
@@ -240,7 +243,7 @@ def test_a_network_without_hidden_units_is_c_too(tmp_path: Path) -> None:
         settings = configuration.load(store.config_path)
         title = "nothing"
     genes[-2:] = 0.0  # both switches off
-    (network,) = export.networks(settings, genes)
+    (network,) = export.networks(Team(settings), genes)
     assert network.input_hidden.shape == (0, 13)
     text = export._template("network").substitute(export._values(network, settings, title))
     source = text + export._template("epuck").template + EPUCK_MAIN

@@ -11,7 +11,7 @@ import pytest
 
 import small_runs
 from swarmevo import cli, config
-from swarmevo.analysis import assessment
+from swarmevo.analysis import assessment, table_ii
 from swarmevo.errors import ConfigError
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
@@ -99,7 +99,7 @@ def test_tests_in_another_world_say_so(run: Path) -> None:
     assert other.robustness[0].name == "as set"
     assert [one.evolved for one in other.controllers] == [one.evolved for one in usual.controllers]
     with pytest.raises(ValueError, match="expected one in the run's own world"):
-        assessment.save(other, run)
+        table_ii.save(other, run)
 
 
 def test_the_command_leaves_the_run_as_it_is(run: Path, capsys: pytest.CaptureFixture[str]) -> None:

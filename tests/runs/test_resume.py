@@ -24,11 +24,18 @@ import pytest
 import toy_plugins
 from swarmevo import config as configuration
 from swarmevo.errors import ConfigError, Interrupted, StoreError
-from swarmevo.evolution import evaluation, loop
-from swarmevo.evolution.evaluation import Evaluator, Job, JobResult
-from swarmevo.evolution.loop import MakeBackend, Progress, begin, evolve, extend
-from swarmevo.runs import provenance, store
-from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store
+from swarmevo.evolution import threads
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.jobs import Job, run_job
+from swarmevo.evolution.loop import Progress
+from swarmevo.evolution.results import Results, joined
+from swarmevo.evolution.threads import MakeBackend, ThreadBackend
+from swarmevo.plugins.team import never
+from swarmevo.runs import driver, provenance, store
+from swarmevo.runs.database import DATABASE_FILE
+from swarmevo.runs.driver import begin, evolve, extend
+from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.store import Store
 
 BUDGET = {"generations": 6, "population": 6, "trials": 2, "repeats": 2, "seed": 7}
 KILLS = 50
@@ -40,7 +47,7 @@ Content = dict[str, list[tuple[Any, ...]]]
 @pytest.fixture(autouse=True)
 def _toys(distribution: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     toy_plugins.install(distribution)
-    monkeypatch.setattr(evaluation, "JOB_SECONDS", 0.0)  # one episode a job: as many moments to be killed as there are
+    monkeypatch.setattr(threads, "JOB_SECONDS", 0.0)  # one episode a job: as many moments to be killed as there are
 
 
 def ignore(progress: Progress) -> None:
@@ -55,8 +62,8 @@ def start(folder: Path, **sections: Any) -> Path:
 def go_on(
     folder: Path,
     workers: int = 2,
-    stop: Callable[[], bool] = evaluation.never,
-    backend: MakeBackend = evaluation.ThreadBackend,
+    stop: Callable[[], bool] = never,
+    backend: MakeBackend = ThreadBackend,
 ) -> None:
     with Store.open(folder, readonly=False) as opened:
         evolve(opened, workers, ignore, stop, backend)
@@ -71,9 +78,9 @@ class OneByOne:
         self._config_json = config_json
         self.machines: dict[str, Any] = {}
 
-    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[JobResult, None, None]:
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
         for job in jobs:
-            yield evaluation.run_job(self._config_json, job)
+            yield run_job(self._config_json, job)
             if stop():
                 raise Interrupted
 
@@ -84,10 +91,10 @@ class OneByOne:
 class Keeper:
     """Keeps results in a list."""
 
-    def __init__(self, results: list[JobResult]) -> None:
+    def __init__(self, results: list[Results]) -> None:
         self._results = results
 
-    def __call__(self, result: JobResult, seconds: float) -> None:
+    def __call__(self, result: Results, seconds: float) -> None:
         self._results.append(result)
 
 
@@ -183,15 +190,15 @@ def test_a_run_killed_at_random_moments_gives_the_bits_of_one_that_was_not(tmp_p
 def test_what_was_in_flight_is_not_run_again(tmp_path: Path, controller: str, monkeypatch: pytest.MonkeyPatch) -> None:
     go_on(start(tmp_path / "whole", controller=controller))
     ran: list[int] = []
-    run_job = evaluation.run_job
+    run_job = threads.run_job
 
-    def counted(config_json: str, job: evaluation.Job, cancelled: Any) -> evaluation.JobResult:
+    def counted(config_json: str, job: Job, cancelled: Any) -> Results:
         result = run_job(config_json, job, cancelled)
-        ran.extend(result.places.tolist())
+        ran.extend(range(len(result)))
         return result
 
     folder = start(tmp_path / "run", controller=controller)
-    monkeypatch.setattr(evaluation, "run_job", counted)
+    monkeypatch.setattr(threads, "run_job", counted)
     with pytest.raises(Interrupted):
         go_on(folder, workers=1, stop=StopAt(2))
     assert rows(folder) == len(ran) > 0
@@ -399,7 +406,7 @@ def test_episodes_know_the_session_that_ran_them(tmp_path: Path, monkeypatch: py
     with pytest.raises(Interrupted):
         go_on(folder, stop=StopAt(6), backend=OneByOne)
     origin = provenance.provenance
-    monkeypatch.setattr(loop, "provenance", lambda *given: origin(*given) | {"cpu": "Another One"})
+    monkeypatch.setattr(driver, "provenance", lambda *given: origin(*given) | {"cpu": "Another One"})
     go_on(folder)
     with Store.open(folder) as opened:
         first = opened.sessions(0, 0).ravel()
@@ -417,20 +424,22 @@ def test_seconds_are_those_of_all_sessions(tmp_path: Path) -> None:
         database.commit()
     go_on(folder)
     with Store.open(folder) as opened:
-        assert opened.generation(0, 0).seconds > 1000
-        assert 0 < opened.generation(0, 1).seconds < 1000
+        assert opened.generation(0, 0).episodes.seconds > 1000
+        assert 0 < opened.generation(0, 1).episodes.seconds < 1000
 
 
 def test_an_evaluator_takes_what_is_known_and_runs_the_rest() -> None:
     settings = toy_plugins.config()
-    kept: list[evaluation.JobResult] = []
+    kept: list[Results] = []
     with Evaluator(settings, 2) as evaluator:
         genomes = np.random.default_rng(0).standard_normal((5, evaluator.space.size))
         first = evaluator.evaluate(genomes, 0, 0, keep=Keeper(kept))
-        known = evaluation.joined(kept)
-        for wanted in (known.places % 3 == 0, known.places >= 7, known.places < 0, known.places >= 0):
-            anew: list[evaluation.JobResult] = []
+        known = joined(kept)
+        places = np.arange(len(known))
+        for wanted in (places % 3 == 0, places >= 7, places < 0, places >= 0):
+            anew: list[Results] = []
             again = evaluator.evaluate(genomes, 0, 0, known=known.only(wanted), keep=Keeper(anew))
             assert sum(map(len, anew)) == np.count_nonzero(~wanted)
-            for name in ("objectives", "costs", "hash", "push_time", "homing_time"):
-                np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+            np.testing.assert_array_equal(again.costs, first.costs)
+            for name in first.episodes.values:
+                np.testing.assert_array_equal(again.episodes[name], first.episodes[name], err_msg=name)

@@ -16,19 +16,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+import grids
 from swarmevo.errors import StoreError
+from swarmevo.evolution.results import Generation
+from swarmevo.evolution.state import decode_state, encode_state
 from swarmevo.protocols import Objective
-from swarmevo.runs.store import (
-    CONFIG_FILE,
-    DATABASE_FILE,
-    LOCK_FILE,
-    PROVENANCE_FILE,
-    SCHEMA_VERSION,
-    Generation,
-    Store,
-    decode_state,
-    encode_state,
-)
+from swarmevo.runs.database import DATABASE_FILE
+from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.schema import SCHEMA_VERSION
+from swarmevo.runs.store import LOCK_FILE, PROVENANCE_FILE, Store
 
 OBJECTIVES = (Objective("speed", "maximise", (0.0, 2.0)), Objective('size "of" it', "minimise", (-1.0, 1e9)))
 ROBOTS = 3
@@ -43,9 +39,9 @@ def generation(n: int = 4, repeats: int = 2, seed: int = 0) -> Generation:
     rng = np.random.default_rng(seed)
     times = rng.random((n, repeats, 1 + ROBOTS)) * 180
     times[times > 120] = np.nan
-    return Generation(
-        genomes=rng.standard_normal((n, 5)),
-        objectives=rng.standard_normal((n, repeats, 2)),
+    genomes = rng.standard_normal((n, 5))
+    episodes = grids.results(
+        objective=rng.standard_normal((n, repeats, 2)),
         hash=rng.integers(0, 2**64, (n, repeats), dtype=np.uint64, endpoint=False),
         push_time=times[..., 0],
         homing_time=times[..., 1:],
@@ -53,13 +49,20 @@ def generation(n: int = 4, repeats: int = 2, seed: int = 0) -> Generation:
         unsolved_steps=rng.integers(0, 2**32, (n, repeats), dtype=np.uint32),
         seconds=float(rng.random()),
     )
+    return Generation(genomes, episodes)
 
 
 def assert_equal(a: Generation, b: Generation) -> None:
-    for field in dataclasses.fields(Generation):
-        left, right = getattr(a, field.name), getattr(b, field.name)
-        np.testing.assert_array_equal(left, right, err_msg=field.name)
-        assert np.asarray(left).dtype == np.asarray(right).dtype
+    np.testing.assert_array_equal(a.genomes, b.genomes)
+    one, two = a.episodes, b.episodes
+    assert (one.seconds, one.faults, one.values.keys()) == (two.seconds, two.faults, two.values.keys())
+    for name, left, right in [
+        ("individual", one.individual, two.individual),
+        ("repeat", one.repeat, two.repeat),
+        *((column, one[column], two[column]) for column in one.values),
+    ]:
+        np.testing.assert_array_equal(left, right, err_msg=name)
+        assert left.dtype == right.dtype
 
 
 @pytest.fixture
@@ -158,7 +161,7 @@ def test_generations_follow_one_another(store: Store, number: int) -> None:
 
 def test_a_generation_is_stored_as_a_whole_or_not_at_all(store: Store) -> None:
     first, bad = generation(), generation(seed=1)
-    bad.objectives[-1, -1, -1] = np.nan
+    bad.episodes.grid("objective")[-1, -1, -1] = np.nan
     store.append(0, 0, first, encode_state({"after": 0}))
     before = list(store._database.iterdump())
     with pytest.raises(StoreError, match=r"NOT NULL constraint failed: episode\.objective_1"):
@@ -202,12 +205,12 @@ def test_a_genome_is_judged_by_all_its_episodes(two_trials: tuple[Store, list[Ge
     found = store.individuals(0)
     (at,) = np.flatnonzero(found.genome == 3)
     assert (found.first_generation[at], found.last_generation[at], found.episodes[at]) == (0, 1, 4)
-    objectives = np.concatenate([first.objectives[2], second.objectives[0]])
+    objectives = np.concatenate([first.episodes.grid("objective")[2], second.episodes.grid("objective")[0]])
     np.testing.assert_allclose(found.objectives[at], objectives.mean(axis=0))
-    homing = np.concatenate([first.homing_time[2], second.homing_time[0]])
+    homing = np.concatenate([first.episodes.grid("homing_time")[2], second.episodes.grid("homing_time")[0]])
     assert found.homing_rate[at] == pytest.approx(np.isfinite(homing).mean())
     assert found.homing_time[at] == pytest.approx(np.nanmean(homing))
-    push = np.concatenate([first.push_time[2], second.push_time[0]])
+    push = np.concatenate([first.episodes.grid("push_time")[2], second.episodes.grid("push_time")[0]])
     assert found.push_rate[at] == pytest.approx(np.isfinite(push).mean())
     assert found.push_time[at] == pytest.approx(np.nanmean(push))
 
@@ -224,8 +227,8 @@ def test_individuals_are_of_one_trial_or_of_all(two_trials: tuple[Store, list[Ge
 
 def test_a_time_that_nobody_made_is_nan(store: Store) -> None:
     content = generation()
-    content.push_time[:] = np.nan
-    content.homing_time[:] = np.nan
+    content.episodes.grid("push_time")[:] = np.nan
+    content.episodes.grid("homing_time")[:] = np.nan
     store.append(0, 0, content, "{}")
     found = store.individuals()
     assert np.isnan(found.push_time).all()
@@ -238,10 +241,10 @@ def test_summaries_tell_each_generation_in_short(two_trials: tuple[Store, list[G
     store, (first, second, _) = two_trials
     for number, (summary, content) in enumerate(zip(store.summaries(0), (first, second), strict=True)):
         assert (summary.trial, summary.number, summary.episodes) == (0, number, 8)
-        assert summary.seconds == content.seconds
-        assert summary.ode_messages == content.ode_messages.sum(dtype=np.uint64)
-        assert summary.unsolved_steps == content.unsolved_steps.sum(dtype=np.uint64)
-        np.testing.assert_allclose(summary.objectives, content.objectives.mean(axis=1))
+        assert summary.seconds == content.episodes.seconds
+        assert summary.ode_messages == content.episodes.grid("ode_messages").sum(dtype=np.uint64)
+        assert summary.unsolved_steps == content.episodes.grid("unsolved_steps").sum(dtype=np.uint64)
+        np.testing.assert_allclose(summary.objectives, content.episodes.grid("objective").mean(axis=1))
 
 
 def test_totals_are_of_one_trial_or_of_all(two_trials: tuple[Store, list[Generation]]) -> None:
@@ -249,7 +252,7 @@ def test_totals_are_of_one_trial_or_of_all(two_trials: tuple[Store, list[Generat
     of_run, of_trial, of_none = store.totals(), store.totals(0), store.totals(9)
     assert (of_run.generations, of_run.individuals, of_run.genomes, of_run.episodes) == (3, 12, 11, 24)
     assert (of_trial.generations, of_trial.individuals, of_trial.genomes, of_trial.episodes) == (2, 8, 7, 16)
-    assert of_run.seconds == pytest.approx(first.seconds + second.seconds + other.seconds)
+    assert of_run.seconds == pytest.approx(sum(one.episodes.seconds for one in (first, second, other)))
     assert dataclasses.astuple(of_none) == (0, 0, 0, 0, 0, 0, 0.0, 0)
 
 

@@ -13,8 +13,10 @@ import pytest
 import toy_plugins
 from swarmevo import cli
 from swarmevo.errors import Interrupted, StoreError
-from swarmevo.evolution.loop import begin, evolve
-from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store
+from swarmevo.runs.database import DATABASE_FILE
+from swarmevo.runs.driver import begin, evolve
+from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.store import Store
 from swarmevo.runs.verification import Difference, Report, verify
 
 EVALUATIONS = 2 * (4 + 5 + 6)

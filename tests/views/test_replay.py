@@ -22,9 +22,10 @@ from playwright.sync_api import Browser, Page
 import browser as browsers
 from swarmevo import cli, config
 from swarmevo.analysis import fronts
+from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
-from swarmevo.evolution import loop
+from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
@@ -32,7 +33,7 @@ from swarmevo.views.replay import page as replay_page
 from swarmevo.views.replay import scene as replay_scene
 from swarmevo.views.replay import server as replay_server
 from swarmevo.views.replay import video as replay_video
-from swarmevo.views.replay.episode import Chosen, Recording
+from swarmevo.views.replay.episode import Chosen
 
 SHORT = ["episode.horizon=30.0", "evolution.population=4", "evolution.generations=2", "evolution.repeats=2"]
 
@@ -41,9 +42,9 @@ SHORT = ["episode.horizon=30.0", "evolution.population=4", "evolution.generation
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small run."""
     folder = tmp_path_factory.mktemp("runs") / "small"
-    loop.begin(folder, config.load("quick", [*SHORT, "evolution.seed=1"]))
+    driver.begin(folder, config.load("quick", [*SHORT, "evolution.seed=1"]))
     with Store.open(folder, readonly=False) as store:
-        loop.evolve(store, 1, lambda _: None)
+        driver.evolve(store, 1, lambda _: None)
     return folder
 
 
@@ -60,7 +61,7 @@ def chosen(run: Path) -> Chosen:
 
 @pytest.fixture(scope="module")
 def recording(settings: Config, chosen: Chosen) -> Recording:
-    return replay_episode.record(settings, chosen.genes, chosen.key)
+    return record(settings, chosen.genes, [chosen.key])
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +87,7 @@ def test_any_stored_episode_can_be_chosen(run: Path) -> None:
         first = replay_episode.choose(store, genome=1, generation=0, repeat=1)
         stored = store.generation(0, 0)
     (place,) = np.flatnonzero((stored.genomes == first.genes).all(axis=1))
-    assert first.hash == stored.hash[place, 1]
+    assert first.hash == stored.episodes.grid("hash")[place, 1]
     assert first.key == (1, 0, 0, 1)
 
 
@@ -111,15 +112,15 @@ def test_a_replay_is_the_stored_episode(run: Path, chosen: Chosen) -> None:
         recording, warning = replay_episode.replay(store, chosen)
         stored = store.generation(chosen.key.trial, chosen.key.generation)
     assert not warning
-    assert recording.hash == chosen.hash
+    assert recording.episodes.hash.tolist() == [chosen.hash]
     place = np.flatnonzero((stored.genomes == chosen.genes).all(axis=1))[0]
-    assert [value for _, value in recording.objectives] == stored.objectives[place, 0].tolist()
+    assert recording.values[0].tolist() == stored.episodes.grid("objective")[place, 0].tolist()
 
 
 def test_another_trajectory_is_refused_unless_forced(run: Path, chosen: Chosen) -> None:
     other = dataclasses.replace(chosen, hash=chosen.hash ^ 1)
     with Store.open(run) as store:
-        with pytest.raises(ReplayError, match=r"not the stored one \(hash .*the same, so .*--force shows it"):
+        with pytest.raises(ReplayError, match=r"not the stored one \(hash .*the same; .*--force shows it"):
             replay_episode.replay(store, other)
         _, warning = replay_episode.replay(store, other, force=True)
     assert "not the stored one" in warning
@@ -134,7 +135,7 @@ def test_the_reason_is_looked_for_in_the_provenance(run: Path, chosen: Chosen, m
 
 
 def test_the_terms_add_up_to_the_objective(recording: Recording) -> None:
-    (_, f1), *_ = recording.objectives
+    f1 = recording.values[0, 0]
     assert list(recording.terms) == ["homing", "pushing"]
     assert sum(term.mean() for term in recording.terms.values()) == pytest.approx(f1, rel=1e-12)
 
@@ -143,7 +144,7 @@ def test_a_team_of_another_size_keeps_its_places(settings: Config, chosen: Chose
     changes = {"start": "poses", "start_poses": tuple((0.1 * i, -0.4, 0.0) for i in range(5)), "start_jitter": (0, 0)}
     placed = settings.model_copy(update={"team": settings.team.model_copy(update=changes)})
     smaller, genes = replay_episode.of_size(placed, chosen.genes, 2)
-    pose = replay_episode.record(smaller, genes, chosen.key).telemetry.pose
+    pose = record(smaller, genes, [chosen.key]).telemetry.pose
     assert pose is not None
     assert pose[0, 0, :, 0].tolist() == [0.0, 0.1]
 
@@ -191,7 +192,11 @@ def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
         homing_time=np.array([[12.34, np.nan, 3.0, np.nan, np.nan]]),
         push_time=np.array([np.nan]),
     )
-    facts = dict(replay_data.facts(dataclasses.replace(recording, telemetry=told)))
+    facts = dict(
+        replay_data.facts(
+            dataclasses.replace(recording, episodes=dataclasses.replace(recording.episodes, telemetry=told))
+        )
+    )
     assert facts["robots at the source"].replace("\N{NO-BREAK SPACE}", " ") == "2 of 5, 3.0 to 12.3 s"
     assert facts["box at the wall"] == "never"
     assert list(facts)[:2] == ["F1, box pushing", "F2, hidden neurons"]
@@ -216,7 +221,7 @@ def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[st
 
 
 def chosen_part(recording: Recording) -> tuple[Any, Any]:
-    return recording.genes, recording.key
+    return recording.genes, recording.keys[0]
 
 
 def test_the_scene_has_every_node_that_the_player_moves(settings: Config) -> None:
@@ -263,9 +268,7 @@ def test_the_legend_has_the_bumpers_colour() -> None:
 
 def test_three_minutes_fit_into_three_megabytes(settings: Config, chosen: Chosen) -> None:
     whole = settings.model_copy(update={"episode": settings.episode.model_copy(update={"horizon": 180.0})})
-    page = replay_page.render(
-        [replay_data.data(replay_episode.record(whole, chosen.genes, chosen.key), "long")], "long"
-    )
+    page = replay_page.render([replay_data.data(record(whole, chosen.genes, [chosen.key]), "long")], "long")
     assert len(page.encode()) < 3_000_000
 
 

@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, Page
 import small_runs
 from browser import Watched, chromium, pixels, watch
 from swarmevo import cli
-from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis import assessment, fronts, table_ii
 from swarmevo.errors import StoreError
 from swarmevo.runs.store import PROVENANCE_FILE, Store
 from swarmevo.views.report import page as report
@@ -30,7 +30,7 @@ ARTEFACTS = os.environ.get("SWARMEVO_ARTEFACTS")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = small_runs.make(tmp_path_factory.mktemp("runs") / "a <b>run", "episode.horizon=4")
     with Store.open(folder) as store:
-        assessment.save(assessment.assess(store, (1, 3), 2, robustness=True, workers=1), folder)
+        table_ii.save(assessment.assess(store, (1, 3), 2, robustness=True, workers=1), folder)
     return folder
 
 
@@ -98,9 +98,9 @@ def test_the_same_run_gives_the_same_page(run: Path, page_file: Path) -> None:
 
 def test_a_run_without_a_generation_is_refused(tmp_path: Path) -> None:
     from swarmevo import config
-    from swarmevo.evolution import loop
+    from swarmevo.runs import driver
 
-    loop.begin(tmp_path / "run", config.load("quick", small_runs.SMALL))
+    driver.begin(tmp_path / "run", config.load("quick", small_runs.SMALL))
     with pytest.raises(StoreError, match="at least one generation to report"):
         report.page([tmp_path / "run"])
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 
 import base64
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmevo.analysis.recording import Recording
 from swarmevo.config import Config
 from swarmevo.protocols import FloatArray, Telemetry
 from swarmevo.views.replay import scene
-
-if TYPE_CHECKING:
-    from swarmevo.views.replay.episode import Recording
 
 FORMAT: Final = 1
 """Of an episode's data, for the player."""
@@ -65,7 +63,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
         },
         "unit": {"position": size / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * size / _LARGEST},
         "terms": list(recording.terms),
-        "explained": recording.explained,
+        "explained": f"F{recording.explained + 1}" if recording.terms else "",
         "scene": scene.packed(config),
     }
 
@@ -87,9 +85,11 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     robots = recording.config.team.robots
     said = [
         (f"F{number}, {objective.name.replace('_', ' ')}", f"{value:.4g}")
-        for number, (objective, value) in enumerate(recording.objectives, start=1)
+        for number, (objective, value) in enumerate(
+            zip(recording.objectives, recording.values[0].tolist(), strict=True), start=1
+        )
     ]
-    if not any(objective.name == "hidden_neurons" for objective, _ in recording.objectives):
+    if not any(objective.name == "hidden_neurons" for objective in recording.objectives):
         said.append(("hidden neurons", f"{recording.complexity:g}"))
     came = ", ".join([f"{len(home)} of {robots}", *([_span(home)] if len(home) else [])])
     push = float(telemetry.push_time[0])
@@ -124,7 +124,7 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
         "rf": _integers(channel("rf") / strongest, np.uint8),
         "contact": _integers(channel("box_contact"), np.uint8),
         "gap": _integers(_gap(config, channel("box")) / (2 * config.arena.size), np.int16),
-        "terms": [_floats(series[pick]) for series in recording.terms.values()],
+        "terms": [_floats(series[0, pick]) for series in recording.terms.values()],
     }
 
 

@@ -10,15 +10,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo import plugins
-from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis import fronts
+from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ReplayError
-from swarmevo.evolution import loop
-from swarmevo.evolution.evaluation import Evaluator, TeamController
-from swarmevo.protocols import Controller, ExplainedFitness, FloatArray, Objective, Telemetry
+from swarmevo.protocols import FloatArray
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
+from swarmevo.runs.verification import explain
 from swarmevo.simulation import EpisodeKey
 from swarmevo.views.replay.data import chunk, data, head, outcome
 
@@ -38,26 +37,6 @@ class Chosen:
     """Of its trajectory, as stored."""
     session: int
     """That ran it."""
-
-
-@dataclass(frozen=True)
-class Recording:
-    """One episode, as it was simulated just now."""
-
-    config: Config
-    genes: FloatArray
-    """``(size,)``"""
-    key: EpisodeKey
-    telemetry: Telemetry
-    """Of one episode, with every channel."""
-    objectives: list[tuple[Objective, float]]
-    terms: dict[str, FloatArray]
-    """Parts of an objective, ``(steps,)`` each; none, if no fitness plugin tells."""
-    explained: str
-    """Which objective that is: F1, F2, ..."""
-    complexity: float
-    """Hidden neurons in use."""
-    hash: int
 
 
 # ---- which episode ---------------------------------------------------------------------------------------------------
@@ -84,12 +63,13 @@ def choose(store: Store, genome: int | None = None, generation: int | None = Non
         raise ReplayError(
             f"{store.folder}: individual {genome} was not evaluated in generation {number}, but in {last}"
         )
-    repeats = stored.hash.shape[1]
+    hashes = stored.episodes.grid("hash")
+    repeats = hashes.shape[1]
     if not 0 <= repeat < repeats:
         raise ReplayError(f"{store.folder}: expected a repeat from 0 to {repeats - 1}, got {repeat}")
     key = EpisodeKey(store.seed, trial, number, repeat)
     at = (places[0], repeat)
-    return Chosen(genome, stored.genomes[places[0]], key, int(stored.hash[at]), int(sessions[at]))
+    return Chosen(genome, stored.genomes[places[0]], key, int(hashes[at]), int(sessions[at]))
 
 
 def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
@@ -109,38 +89,6 @@ def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
 # ---- once more -------------------------------------------------------------------------------------------------------
 
 
-def record(config: Config, genes: FloatArray, key: EpisodeKey) -> Recording:
-    """Simulate one episode of an individual and judge it.
-
-    Args:
-        config: Of the run.
-        genes: ``(size,)``: of the robots, or, where each has its own genome, of the team.
-        key: Of the episode.
-
-    Raises:
-        EvaluationError: The episode failed.
-        PluginError: A plugin cannot be made.
-        SimulatorError: The library refuses the scene or the controller.
-    """
-    done = assessment.record(config, genes, [key], threads=1)
-    ((name, options),) = config.controller.items()
-    controller: Controller = plugins.create("controller", name, options)
-    if config.team.genomes == "individual":
-        controller = TeamController(controller, config.team.robots)
-    objectives: list[tuple[Objective, float]] = []
-    terms: dict[str, FloatArray] = {}
-    explained = ""
-    for name, options in config.fitness.items():
-        fitness = plugins.create("fitness", name, options)
-        values = fitness.evaluate(done.telemetry, genes[np.newaxis].copy(), controller)
-        if isinstance(fitness, ExplainedFitness) and not terms:
-            terms = {term: series[0] for term, series in fitness.terms(done.telemetry).items()}
-            explained = f"F{len(objectives) + 1}"
-        objectives += zip(fitness.objectives, values[0].tolist(), strict=True)
-    complexity = float(controller.complexity(genes[np.newaxis].copy())[0])
-    return Recording(config, genes, key, done.telemetry, objectives, terms, explained, complexity, int(done.hash[0]))
-
-
 def replay(store: Store, chosen: Chosen, force: bool = False) -> tuple[Recording, str]:
     """Simulate a stored episode once more.
 
@@ -150,35 +98,17 @@ def replay(store: Store, chosen: Chosen, force: bool = False) -> tuple[Recording
     Raises:
         ReplayError: It is another one, and not ``force``.
     """
-    settings = store.config
-    recording = record(settings, chosen.genes, chosen.key)
-    if recording.hash == chosen.hash:
+    recording = record(store.config, chosen.genes, [chosen.key], threads=1)
+    found = int(recording.episodes.hash[0])
+    if found == chosen.hash:
         return recording, ""
     difference = (
         f"individual {chosen.genome}: the trajectory is not the stored one "
-        f"(hash {recording.hash:016x} instead of {chosen.hash:016x}): {_reason(store, chosen.session, settings)}"
+        f"(hash {found:016x} instead of {chosen.hash:016x}): {'; '.join(explain(store, chosen.session))}"
     )
     if not force:
         raise ReplayError(f"{difference}; --force shows it all the same")
     return recording, difference
-
-
-def _reason(store: Store, session: int, settings: Config) -> str:
-    """Return what is another here than where the episode was run."""
-    then = store.session(session)
-    with Evaluator(settings, workers=1) as evaluator:
-        now = loop.origin_of(settings, evaluator)
-    pairs = [(key, then.get(key), now[key]) for key in ("swarmevo", "git_revision", "plugins", "numpy", "libc", "cpu")]
-    was, is_ = then.get("library", {}), now["library"]
-    pairs += [(f"library {key}", was.get(key), is_.get(key)) for key in ("build", "sha256")]
-    said = [f"{key} was {_short(before)}, is {_short(after)}" for key, before, after in pairs if before != after]
-    return (
-        "; ".join(said) or "versions, library and processor are the same, so a plugin is random or a file was changed"
-    )
-
-
-def _short(value: object) -> str:
-    return ", ".join(value) if isinstance(value, list) else str(value)
 
 
 def episodes(
@@ -211,7 +141,8 @@ def episodes(
         if size == settings.team.robots and not changes:
             recording, said = replay(store, chosen, force)
         else:
-            recording, said = record(*of_size(settings, chosen.genes, size), key), elsewhere if changes else ""
+            recording = record(*of_size(settings, chosen.genes, size), [key], threads=1)
+            said = elsewhere if changes else ""
         warning = warning or said
         title = name if len(robots) < 2 else f"{size} robot" + "s" * (size > 1)
         subtitle = place if len(robots) < 2 else f"{name}, seed {key.seed}"
@@ -234,7 +165,7 @@ def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subti
         end = min(total, max(2 * done, math.ceil(_FIRST_SECONDS / period)))
         horizon = config.episode.horizon if end == total else end * period
         episode = config.episode.model_copy(update={"horizon": horizon})
-        recording = record(config.model_copy(update={"episode": episode}), genes, key)
+        recording = record(config.model_copy(update={"episode": episode}), genes, [key], threads=1)
         if done == 0:
             yield (
                 "head",

@@ -19,12 +19,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from swarmevo import __version__
-from swarmevo.analysis import assessment, fronts
-from swarmevo.analysis.assessment import Assessment, Outcome
+from swarmevo.analysis import assessment, fronts, table_ii
 from swarmevo.analysis.fronts import FrontPoint, Summary
+from swarmevo.analysis.table_ii import Assessment, Outcome
 from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
-from swarmevo.runs.store import CONFIG_FILE, PROVENANCE_FILE, Store
+from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.store import PROVENANCE_FILE, Store
 from swarmevo.views import figures
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
@@ -127,9 +128,9 @@ class _Run:
         for i, point in enumerate(replayed, 1):
             observe(f"{_name(store.folder)}: replay {i} of {len(replayed)}")
             episodes[point.trial, point.genome] = _episode(store, point)
-        return cls(number, _name(store.folder), summary, assessment.load(store.folder), points, set(best), episodes)
+        return cls(number, _name(store.folder), summary, table_ii.load(store.folder), points, set(best), episodes)
 
-    def tested(self, point: FrontPoint) -> assessment.Tested | None:
+    def tested(self, point: FrontPoint) -> table_ii.Tested | None:
         """Return what the tests say of a point, if it was tested."""
         controllers = self.tests.controllers if self.tests else []
         return next((one for one in controllers if (one.trial, one.genome) == (point.trial, point.genome)), None)
@@ -171,7 +172,7 @@ def _point(store: Store, run: _Run, point: FrontPoint) -> dict[str, Any]:
     }
 
 
-def _facts(store: Store, point: FrontPoint, tested: assessment.Tested | None) -> list[tuple[str, str]]:
+def _facts(store: Store, point: FrontPoint, tested: table_ii.Tested | None) -> list[tuple[str, str]]:
     """Return what is said of a point beside the chart: names and values."""
     facts = [(_words(name), _number(value)) for name, value in point.objectives.items()]
     facts += [
@@ -286,7 +287,7 @@ def _tiles(run: _Run) -> Iterator[tuple[str, str, str]]:
 def _explorer(store: Store, run: _Run) -> str:
     """Return the front to click on, the stage that replays play on, and the table of the same points."""
     drawings = "".join(_drawing(store, point) for point in run.points)
-    alone = store.config.team.genomes == "individual"
+    alone = store.config.team.has_own_genomes
     whose = "Its first robot's" if alone else "Its"
     return f"""
 <section class="explorer" aria-label="Pareto front">
@@ -348,11 +349,12 @@ def _evolution(store: Store) -> str:
 
 
 def _behaviour(store: Store, run: _Run) -> str:
-    seen = assessment.watch(store)
+    best = assessment.watched(store)[0]
+    seen = assessment.watch(store, best)
     pictures = [
         _figure(
             figures.paths(seen),
-            f"Paths of controller {seen.genome} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the "
+            f"Paths of controller {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the "
             "end; star and dotted circle: the emitter and its range; green: the target wall.",
         ),
         _figure(
@@ -400,7 +402,7 @@ def _tests(store: Store, run: _Run) -> str:
 
 
 def _table_ii(tests: Assessment) -> str:
-    paper = {row.robots: row for row in assessment.PAPER}
+    paper = {row.robots: row for row in table_ii.PAPER}
     rows = []
     for row in tests.rows:
         beside = paper.get(row.robots)

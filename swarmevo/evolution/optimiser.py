@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The optimiser that a run asks: what it returns is checked, what it raises is explained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from swarmevo import plugins
+from swarmevo.config import Config
+from swarmevo.errors import PluginError
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.state import encode_state
+from swarmevo.plugins.checked import one_line, plugin_title
+from swarmevo.protocols import FloatArray, GenomeSpace, Optimiser
+
+OPTIMISER_STREAM: Final = 0x0B7
+"""Sets the optimiser's random numbers apart from the episodes'."""
+
+
+class CheckedOptimiser:
+    """The configured optimiser of a trial; what it returns is checked, what it raises is explained.
+
+    It gets copies and gives copies: nothing that it does later changes what was evaluated or stored.
+    """
+
+    def __init__(self, config: Config, evaluator: Evaluator, trial: int) -> None:
+        ((self._name, options),) = config.optimiser.items()
+        self._title = plugin_title("optimiser", self._name)
+        self._trial = trial
+        self._space: GenomeSpace = evaluator.space
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([evaluator.seed, trial, OPTIMISER_STREAM])))
+        self._made: Optimiser = plugins.create(
+            "optimiser",
+            self._name,
+            options,
+            evaluator.space,
+            config.evolution.population,
+            len(evaluator.objectives),
+            rng,
+        )
+
+    def restore(self, state: Mapping[str, Any] | None, generation: int) -> None:
+        """Continue from a stored state; None: begin."""
+        if state is not None:
+            self._call("restore", generation, state)
+
+    def ask(self, generation: int) -> FloatArray:
+        """Return the genomes to evaluate, ``(n, size)``."""
+        genomes = self._call("ask", generation)
+        wrong = self._wrong_with(genomes)
+        if wrong:
+            raise self._error("ask", generation, wrong)
+        return np.array(genomes, order="C")
+
+    def _wrong_with(self, genomes: object) -> str:
+        size = self._space.size
+        if not isinstance(genomes, np.ndarray):
+            return f"expected a NumPy array, got {type(genomes).__name__}"
+        if genomes.dtype != np.float64:
+            return f"expected dtype float64, got {genomes.dtype}"
+        if genomes.ndim != 2 or genomes.shape[0] < 1 or genomes.shape[1] != size:
+            return f"expected the shape (n, {size}) with n >= 1, got {genomes.shape}"
+        if not (finite := np.isfinite(genomes)).all():
+            row, column = np.argwhere(~finite)[0]
+            return f"expected finite numbers, got {genomes[row, column]} in genome {row}, gene {column}"
+        return ""
+
+    def tell(self, generation: int, genomes: FloatArray, costs: FloatArray) -> None:
+        """Tell the costs ``(n, m)`` of the genomes just asked for."""
+        told = genomes.copy(), costs.copy()
+        for array in told:
+            array.flags.writeable = False
+        self._call("tell", generation, *told)
+
+    def state(self, generation: int) -> str:
+        """Return the optimiser's state as it is stored."""
+        state = self._call("state", generation)
+        try:
+            return encode_state(state)
+        except TypeError as error:
+            raise self._error("state", generation, str(error)) from error
+
+    def _call(self, method: str, generation: int, *arguments: object) -> Any:
+        try:
+            return getattr(self._made, method)(*arguments)
+        except Exception as error:  # whatever a stranger's plugin raises
+            raise self._error(method, generation, f"raised {one_line(error)}") from error
+
+    def _error(self, method: str, generation: int, reason: str) -> PluginError:
+        return PluginError(
+            f"{self._title}: {method}, trial {self._trial}, generation {generation}: {reason}; repair the plugin, then "
+            "continue the run: all generations before are stored"
+        )

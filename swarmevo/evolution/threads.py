@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where jobs run: on threads of this process, or wherever another :class:`Backend` brings them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed, wait
+from typing import Any, Final, Protocol, TypeAlias
+
+from swarmevo.errors import Interrupted
+from swarmevo.evolution import processes
+from swarmevo.evolution.jobs import Job, run_job
+from swarmevo.evolution.results import Results
+
+JOB_SECONDS: Final = 0.5
+"""A job should not take longer, so that Ctrl-C is answered soon; one episode is the least."""
+
+
+class Backend(Protocol):
+    """Where jobs run."""
+
+    @property
+    def slots(self) -> int:
+        """How many jobs run at once, at least 1; it may change."""
+        ...
+
+    @property
+    def job_seconds(self) -> float:
+        """What a job should take: short enough to stop soon, long enough to be worth its way."""
+        ...
+
+    @property
+    def machines(self) -> Mapping[str, Any]:
+        """What to note about where jobs run, if not here."""
+        ...
+
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
+        """Yield the jobs' results in any order.
+
+        When closed early, drop the rest and wait for what still runs.
+
+        Args:
+            jobs: To run.
+            stop: Asked between results; when true, begin no more jobs, yield what is finished, and end.
+
+        Raises:
+            Interrupted: ``stop`` said so before the last result.
+        """
+        ...
+
+    def close(self) -> None:
+        """Free what it holds."""
+        ...
+
+
+class ThreadBackend:
+    """Runs jobs on threads of this process, a job on each."""
+
+    def __init__(self, config_json: str, workers: int) -> None:
+        self._config_json = config_json
+        self.slots = workers
+        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="swarmevo")
+
+    @property
+    def job_seconds(self) -> float:
+        """See :class:`Backend`."""
+        return JOB_SECONDS
+
+    @property
+    def machines(self) -> Mapping[str, Any]:
+        """See :class:`Backend`."""
+        return {}
+
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
+        """See :class:`Backend`."""
+        cancelled = threading.Event()
+        futures = [self._threads.submit(run_job, self._config_json, job, cancelled.is_set) for job in jobs]
+        to_come = len(jobs)
+        try:
+            for future in as_completed(futures):
+                if isinstance(future.exception(), Interrupted):
+                    continue
+                to_come -= 1
+                yield future.result()
+                if not cancelled.is_set() and stop() and to_come:
+                    cancelled.set()
+            if cancelled.is_set():
+                raise Interrupted
+        finally:
+            cancelled.set()
+            wait(futures)
+
+    def close(self) -> None:
+        """See :class:`Backend`."""
+        self._threads.shutdown()
+        processes.dismiss()
+
+
+MakeBackend: TypeAlias = Callable[[str, int], Backend]
+"""From a configuration as JSON and a number of workers."""

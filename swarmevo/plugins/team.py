@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A configuration's team: its scene, controller and fitness functions, made and checked once.
+
+Everything that lets an individual act goes through :class:`Team`: evolution, tests, replays, exports and figures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from swarmevo import simulation
+from swarmevo.config import Config
+from swarmevo.errors import EvaluationError
+from swarmevo.plugins.checked import (
+    CancellableController,
+    CheckedController,
+    CheckedFitness,
+    TeamController,
+    check_names,
+)
+from swarmevo.plugins.registry import individual_space
+from swarmevo.protocols import Controller, FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
+from swarmevo.simulation import EpisodeKey, Episodes
+
+
+def never() -> bool:
+    """Do not stop."""
+    return False
+
+
+class Team:
+    """What an individual acts with and is judged by. For one thread: a plugin need not be safe to share.
+
+    Args:
+        config: Of the run; its section ``evolution`` is not read.
+
+    Raises:
+        EvaluationError: A plugin is not what it should be.
+        PluginError: A plugin cannot be made.
+        SimulatorError: The library refuses the scene.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        self.scene = simulation.Scene(config)
+        self.robots = self.scene.info.robots
+        self._controller = CheckedController(config, self.scene.info)
+        self._fitness = [CheckedFitness(name, options) for name, options in config.fitness.items()]
+        self.objectives: list[Objective] = [objective for one in self._fitness for objective in one.objectives]
+        check_names(self.objectives)
+        self.channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
+        """Telemetry that the fitness functions need."""
+        self.space: GenomeSpace = individual_space(self._controller.space, config.team)
+        """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
+        own = config.team.has_own_genomes
+        self._judged: Controller = TeamController(self._controller.made, self.robots) if own else self._controller.made
+
+    @property
+    def is_native(self) -> bool:
+        """Whether the controller runs in the library."""
+        return self._controller.is_native
+
+    def robot_genomes(self, genomes: FloatArray) -> FloatArray:
+        """Return individuals ``(n, space.size)`` as robots' genomes ``(n, genomes_per_team, size)``."""
+        return genomes.reshape(len(genomes), self.config.team.genomes_per_team, -1)
+
+    def simulate(
+        self,
+        genomes: FloatArray,
+        keys: Sequence[EpisodeKey],
+        channels: Sequence[str] | None = None,
+        threads: int = 1,
+        cancelled: Callable[[], bool] = never,
+    ) -> Episodes:
+        """Run an episode of each individual.
+
+        Args:
+            genomes: ``(n, space.size)``.
+            keys: ``n``: of the episodes.
+            channels: Telemetry to record; None: what the fitness functions need.
+            threads: At most so many at once.
+            cancelled: Asked before each control step of a controller written in Python.
+
+        Raises:
+            EvaluationError: The controller failed, or its policies were refused.
+            Interrupted: It was cancelled.
+            SimulatorError: The library failed. An episode that fails alone has its ``status`` set instead.
+        """
+        wanted = self.channels if channels is None else channels
+        teams = self.robot_genomes(genomes)
+        n, each = teams.shape[:2]
+        if not self.is_native:
+            controller = CancellableController(self._controller, cancelled)
+            everyone = np.repeat(teams, self.robots // each, axis=1)
+            return simulation.simulate_lockstep(self.scene, controller, everyone, keys, wanted, threads)
+        policies = self._controller.policies(teams)
+        numbers = np.arange(n * each, dtype=np.uint32).reshape(n, each)
+        drivers = np.ascontiguousarray(np.broadcast_to(numbers, (n, self.robots)))
+        try:
+            return simulation.simulate(self.scene, policies, keys, drivers, wanted, threads)
+        except simulation.InvalidArgument as error:
+            raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
+
+    def judge(self, telemetry: Telemetry, genomes: FloatArray, i: int) -> FloatArray:
+        """Return the objectives ``(m,)`` of episode i, in which ``genomes[i]`` acted.
+
+        Raises:
+            EvaluationError: A fitness function failed.
+        """
+        return np.concatenate(
+            [
+                fitness.evaluate(_alone(telemetry, i, fitness.channels), genomes[i : i + 1].copy(), self._judged)
+                for fitness in self._fitness
+            ]
+        )
+
+    def terms(self, telemetry: Telemetry) -> tuple[int, Mapping[str, FloatArray]]:
+        """Return the parts of an objective in every episode, ``(episodes, steps)`` each, and that objective's number.
+
+        They are of the first fitness function that explains itself; none does: 0 and no parts.
+        """
+        before = 0
+        for fitness in self._fitness:
+            parts = fitness.terms(telemetry)
+            if parts is not None:
+                return before, parts
+            before += len(fitness.objectives)
+        return 0, {}
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        """Return ``(n,)``: how many hidden neurons each individual of ``(n, space.size)`` uses."""
+        return self._controller.complexity(self._judged, genomes)
+
+    def networks(self, genome: FloatArray) -> FeedForward | None:
+        """Return an individual's networks, one, or one for each robot; None: its controller is something else."""
+        if not self.is_native:
+            return None
+        made = self._controller.policies(self.robot_genomes(genome[np.newaxis]))
+        return made if isinstance(made, FeedForward) else None
+
+
+def _alone(telemetry: Telemetry, i: int, channels: Sequence[str]) -> Telemetry:
+    """Return episode i alone, with no channel but ``channels``: what a fitness does not name it does not get."""
+    arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time", *channels)}
+    for array in arrays.values():
+        array.flags.writeable = False  # the next fitness reads it too
+    return Telemetry(control_period=telemetry.control_period, **arrays)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Beginning, continuing and extending runs: evolution with a run folder as its journal."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from typing import Any
+
+from swarmevo import config as configuration
+from swarmevo import plugins
+from swarmevo.config import Config
+from swarmevo.errors import ConfigError, StoreError
+from swarmevo.evolution import loop
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.loop import Progress
+from swarmevo.evolution.optimiser import CheckedOptimiser
+from swarmevo.evolution.threads import MakeBackend, ThreadBackend
+from swarmevo.plugins.team import never
+from swarmevo.runs.provenance import provenance
+from swarmevo.runs.store import Store
+
+
+def begin(folder: str | os.PathLike[str], config: Config) -> None:
+    """Make the folder of a new run, ready for :func:`evolve`.
+
+    Args:
+        folder: Must not exist.
+        config: With a seed (``config.seeded``).
+
+    Raises:
+        ConfigError, EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
+        StoreError: The folder exists or cannot be made.
+    """
+    loop.rehearse(config)
+    with Evaluator(config, workers=1) as evaluator:
+        CheckedOptimiser(config, evaluator, trial=0)  # refuses what cannot be made
+        text, origin = configuration.dump(config), origin_of(config, evaluator)
+        Store.create(folder, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
+
+
+def evolve(
+    store: Store,
+    workers: int,
+    observe: Callable[[Progress], None],
+    stop: Callable[[], bool] = never,
+    backend: MakeBackend = ThreadBackend,
+) -> None:
+    """Run every trial of a run from its last stored generation to the end.
+
+    Args:
+        store: Open for writing.
+        workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
+        observe: Told after each generation.
+        stop: Asked between jobs; when true, the jobs in work are dropped; the run can be continued.
+        backend: Where episodes run. The results do not depend on it.
+
+    Raises:
+        EvaluationError, PluginError, SimulatorError: Something failed; the generations stored before are kept.
+        Interrupted: ``stop`` said so.
+        StoreError: The folder cannot be written, or its plugins now measure something else.
+    """
+    with Evaluator(store.config, workers, backend) as evaluator:
+        check_objectives(store, evaluator)
+        store.begin_session(origin_of(store.config, evaluator))
+        loop.evolve(store, store.config, evaluator, observe, stop)
+
+
+def extend(store: Store, generations: str) -> int:
+    """Change how many generations a run shall have; return the new number.
+
+    Args:
+        store: Open for writing.
+        generations: In each trial: ``N``, or ``+N`` for so many more than now.
+
+    Raises:
+        ConfigError: It is no such number, too large, or fewer than a trial already has.
+        StoreError: The folder cannot be written.
+    """
+    if not re.fullmatch(r"\+?[0-9]{1,9}", generations):
+        raise ConfigError(f"generations: expected a whole number, or +N for so many more, got {generations!r}")
+    now = store.config
+    wanted = int(generations) + (now.evolution.generations if generations.startswith("+") else 0)
+    stored = max((store.generations(trial) for trial in store.trials()), default=0)
+    if wanted < stored:
+        raise ConfigError(f"generations: expected at least the {stored} that are stored, got {wanted}")
+    extended = configuration.load(store.config_path, [f"evolution.generations={wanted}"])
+    if extended != now:
+        store.replace_config(configuration.dump(extended))
+    return wanted
+
+
+def origin_of(config: Config, evaluator: Evaluator) -> dict[str, Any]:
+    """Return the provenance of what is evaluated here and now."""
+    chosen = {"controller": config.controller, "fitness": config.fitness, "optimiser": config.optimiser}
+    found = [str(plugins.find(kind, name)) for kind, names in chosen.items() for name in names]
+    return {**provenance(configuration.dump(config), found, evaluator.library), **evaluator.machines}
+
+
+def check_objectives(store: Store, evaluator: Evaluator) -> None:
+    """Refuse plugins that measure something else than those that the run began with.
+
+    Raises:
+        StoreError: They do.
+    """
+    if (now := tuple(evaluator.objectives)) != store.objectives:
+        raise StoreError(
+            f"{store.folder}: expected the objectives {store.objectives}, the plugins now have {now}; "
+            "install the versions of the plugins that the run began with"
+        )

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tables of a run's database, and how results become rows and rows results.
+
+Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
+
+- ``run``, one row: ``seed``, ``robots``, ``config_sha256``; ``next_config_sha256`` while ``config.yaml`` is replaced.
+- ``session``: ``id`` (from 1), ``provenance`` as JSON. A new one when the run goes on with anything else than before.
+- ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range.
+- ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``.
+- ``genome``: ``id`` (from 1), ``sha256`` of ``genes``, ``genes`` as little-endian float64. Equal genomes are one row.
+- ``individual``: ``trial``, ``generation``, ``number`` (its place in the generation, from 0), ``genome``. A genome that
+  stays in the population is an individual of every generation in which it was evaluated.
+- ``episode``: ``trial``, ``generation``, ``individual``, ``repeat``; the cells of ``COLUMNS``
+  (``evolution/results.py``), NULL for empty ones, the hash as a signed integer; ``session`` that ran it; ``fault``: why
+  it failed, NULL: it did not. A failed episode has the worst objectives and the hash 0. Its random streams are keyed by
+  the run's seed and (trial, generation, repeat).
+- ``optimiser``: ``trial``, ``generation`` after which it was taken, ``state`` as JSON (``evolution/state.py``).
+- ``in_flight``: episodes of the generation in work, as in ``episode``, with the SHA-256 of the ``genome`` and the
+  ``seconds`` that the generation had taken by then. Empty when no run was cut short.
+
+A generation and the optimiser's state after it are stored in one transaction, which empties ``in_flight``: all of it
+happens, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmevo.evolution.results import COLUMNS, Column, Results
+
+SCHEMA_VERSION: Final = 2
+"""Of the tables; a folder written with another one is refused."""
+APPLICATION_ID: Final = 0x53574556
+"""``SWEV``: tells a run from any other SQLite file."""
+
+
+def tables(objectives: int, robots: int) -> str:
+    """Return the tables' definition. STRICT: a column holds what its type says, not what SQLite makes of it."""
+    cells = "".join(
+        f"    {cell} {_sql_type(column)},\n" for column in COLUMNS for cell in column.cells(objectives, robots)
+    )
+    outcome = f"""\
+    individual INTEGER NOT NULL,
+    repeat INTEGER NOT NULL,
+{cells}\
+    PRIMARY KEY (trial, generation, individual, repeat)"""
+    return f"""
+PRAGMA application_id = {APPLICATION_ID};
+PRAGMA user_version = {SCHEMA_VERSION};
+CREATE TABLE run (
+    seed INTEGER NOT NULL,
+    robots INTEGER NOT NULL,
+    config_sha256 TEXT NOT NULL,
+    next_config_sha256 TEXT
+) STRICT;
+CREATE TABLE session (
+    id INTEGER PRIMARY KEY,
+    provenance TEXT NOT NULL
+) STRICT;
+CREATE TABLE objective (
+    number INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE,
+    direction TEXT NOT NULL CHECK (direction IN ('maximise', 'minimise')),
+    low REAL NOT NULL,
+    high REAL NOT NULL
+) STRICT;
+CREATE TABLE generation (
+    trial INTEGER NOT NULL,
+    number INTEGER NOT NULL,
+    seconds REAL NOT NULL,
+    stored TEXT NOT NULL,
+    PRIMARY KEY (trial, number)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE genome (
+    id INTEGER PRIMARY KEY,
+    sha256 BLOB NOT NULL UNIQUE,
+    genes BLOB NOT NULL
+) STRICT;
+CREATE TABLE individual (
+    trial INTEGER NOT NULL,
+    generation INTEGER NOT NULL,
+    number INTEGER NOT NULL,
+    genome INTEGER NOT NULL REFERENCES genome (id),
+    PRIMARY KEY (trial, generation, number),
+    FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX individual_genome ON individual (genome);
+CREATE TABLE episode (
+    trial INTEGER NOT NULL,
+    generation INTEGER NOT NULL,
+    session INTEGER NOT NULL REFERENCES session (id),
+    fault TEXT,
+{outcome},
+    FOREIGN KEY (trial, generation, individual) REFERENCES individual (trial, generation, number)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE optimiser (
+    trial INTEGER PRIMARY KEY,
+    generation INTEGER NOT NULL,
+    state TEXT NOT NULL,
+    FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
+) STRICT;
+CREATE TABLE in_flight (
+    trial INTEGER NOT NULL,
+    generation INTEGER NOT NULL,
+    session INTEGER NOT NULL REFERENCES session (id),
+    seconds REAL NOT NULL,
+    genome BLOB NOT NULL,
+{outcome}
+) STRICT, WITHOUT ROWID;
+"""
+
+
+def _sql_type(column: Column) -> str:
+    kind = "REAL" if column.dtype is np.float64 else "INTEGER"
+    return kind if column.may_be_empty else f"{kind} NOT NULL"
+
+
+# ---- rows ------------------------------------------------------------------------------------------------------------
+
+
+def cells(objectives: int, robots: int) -> list[str]:
+    """Return the names of all cells of an episode, in the order of :func:`to_rows`."""
+    return [cell for column in COLUMNS for cell in column.cells(objectives, robots)]
+
+
+def to_rows(results: Results) -> list[tuple[Any, ...]]:
+    """Return individual, repeat and cells of each episode, as SQLite takes them."""
+    # It has no unsigned integers.
+    signed = {name: a.view(np.int64) if a.dtype == np.uint64 else a for name, a in results.values.items()}
+    return list(replace(results, values=signed).rows())
+
+
+def from_rows(rows: Sequence[Sequence[Any]], objectives: int, robots: int) -> dict[str, NDArray[Any]]:
+    """Return the cells of k rows as :class:`Results` has them; NULL becomes NaN."""
+    values, start = {}, 0
+    for column in COLUMNS:
+        width = len(column.cells(objectives, robots))
+        part = [row[start : start + width] for row in rows]
+        kind: type[np.generic] = np.float64 if column.dtype is np.float64 else np.int64
+        array = np.array(part, dtype=kind).reshape(len(rows), width).astype(column.dtype)
+        values[column.name] = array if column.axis else array[:, 0]
+        start += width
+    return values

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results of made-up episodes, for tests of what keeps and judges them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarmevo.evolution.results import COLUMNS, Results
+
+
+def results(seconds: float = 0.0, **columns: NDArray[Any]) -> Results:
+    """Return results of all episodes of a generation, of columns ``(individuals, repeats, ...)``."""
+    assert set(columns) == {column.name for column in COLUMNS}
+    shape = columns["hash"].shape
+    individual, repeat = np.indices(shape).reshape(2, -1)
+    flat = {name: values.reshape(-1, *values.shape[2:]) for name, values in columns.items()}
+    return Results(individual=individual, repeat=repeat, values=flat, faults=("",) * len(repeat), seconds=seconds)
