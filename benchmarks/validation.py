@@ -19,6 +19,7 @@ from benchmarks import (
     validation_distribution,
     validation_invariants,
     validation_meetings,
+    validation_outside,
     validation_ramming,
     validation_sensors,
 )
@@ -31,6 +32,7 @@ SECTIONS: dict[str, Callable[[Settings], Section]] = {
     "calibration": validation_calibration.section,
     "convergence": validation_convergence.section,
     "meetings": validation_meetings.section,
+    "outside": validation_outside.section,
     "distribution": validation_distribution.section,
     "invariants": validation_invariants.section,
     "ramming": validation_ramming.section,
@@ -48,7 +50,8 @@ What the physics and the sensors are worth, in numbers. Every figure on this pag
 natively `native/tests/test_sensors.cpp` and `test_world*.cpp`).
 
 The physics is held against an independent reference, `native/reference/planar.cpp`: robots, box and walls in the plane,
-springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither code nor method with the library.
+springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither code nor method with the library,
+and is held in turn against the figures of a simulator from outside this project.
 
 Within the library there are two models of the robot. `physics.drive: driven_contacts`, the default, is one rigid body
 whose wheels are contacts with a moving surface. `physics.drive: articulated` is a chassis and two wheel bodies on

@@ -59,8 +59,13 @@ _FULL, _PARKED = (1.0, 1.0), (0.0, 0.0)
 # ---- either world ----------------------------------------------------------------------------------------------------
 
 
-def twin(config: Config, shift_loads: bool = False, time_step: float = REFERENCE_STEP) -> Planar:
-    """Return the reference's world of a config whose robots start at ``start_poses``, with the same parameters."""
+def twin(
+    config: Config, shift_loads: bool = False, time_step: float = REFERENCE_STEP, **own_parameters: float
+) -> Planar:
+    """Return the reference's world of a config whose robots start at ``start_poses``, with the same parameters.
+
+    Its own parameters are those that no config has, such as the stiffness of its feet.
+    """
     robot, physics = config.robot, config.physics
     return Planar(
         config.team.start_poses,
@@ -87,6 +92,7 @@ def twin(config: Config, shift_loads: bool = False, time_step: float = REFERENCE
         bumper_stiffness=robot.bumper_stiffness,
         bumper_damping=robot.bumper_damping,
         bumper_travel=robot.bumper_travel,
+        **own_parameters,
     )
 
 

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <optional>
@@ -213,6 +214,66 @@ TEST_CASE("reference: one rigid blow moves the box as far as its momentum goes")
     const double way =
         momentum * momentum / (2 * (p.robot_mass + p.box_mass) * (p.mu_box * p.box_mass * kGravity - traction(p)));
     CHECK(world.box().y == doctest::Approx(way).epsilon(0.05));
+}
+
+TEST_CASE("reference: feet hardly give way to a blow that they just fail to hold") {
+    Parameters p;
+    const double force = traction(p);
+    // The same blow against a box that stands or slides, and nothing between: along a line, for as long as it moves.
+    const auto rammed = [&](double limit) {
+        constexpr double dt = 1e-7;
+        double depth = 0, robot = top_speed(p), box = 0, way = 0, most = 0;
+        for (double t = 0; t < 0.1; t += dt) {
+            const double push = std::max(0.0, p.bumper_stiffness * depth + p.bumper_damping * (robot - box));
+            most = std::max(most, push);
+            if (box > 0 || push > limit) box = std::max(0.0, box + dt * (push - limit) / p.box_mass);
+            robot += dt * (force - push) / p.robot_mass;
+            depth += dt * (robot - box);
+            way += dt * box;
+        }
+        return std::array<double, 2>{way, most};
+    };
+    const double most = rammed(1e9)[1];
+    for (const double share : {0.9, 0.95}) {
+        const double limit = share * most;
+        p.mu_box = limit / (p.box_mass * kGravity);
+        const auto slid = [&](double foot_stiffness) {
+            p.foot_stiffness = foot_stiffness;
+            Planar world(p, row(p, 1, 0.03), Body{});
+            drive(world);
+            run(world, 0.7);
+            return world.box().y - force / (4 * foot_stiffness);
+        };
+        CAPTURE(share);
+        CHECK(slid(Parameters{}.foot_stiffness) == doctest::Approx(rammed(limit)[0]).epsilon(0.015));
+        CHECK(slid(5e4) > 1.1 * rammed(limit)[0]);
+    }
+}
+
+// Its figures were made with the parameters set here; benchmarks/validation_outside.py says more about it.
+TEST_CASE("reference: rows push and turn the box as in a simulator from outside") {
+    Parameters p;
+    p.sprung = false;
+    p.mu_box = 0.58;
+    const auto push = [&](double offset, double seconds) {
+        const double y = 0.2;  // 210 mm before the wall
+        std::vector<Body> robots;
+        for (const double x : {-0.0725, 0.0, 0.0725})
+            robots.push_back({offset + x, y - p.box_width / 2 - p.robot_radius - 0.005, kHalfPi, 0, 0, 0});
+        Planar world(p, robots, Body{0, y, 0, 0, 0, 0});
+        drive(world);
+        run(world, seconds);
+        return world.box();
+    };
+    constexpr double degrees = 2 * kHalfPi / 180;
+    CHECK(push(0, 1.5).y - 0.2 == doctest::Approx(0.18179).epsilon(1e-3));
+    CHECK(push(0.02, 1.7).heading == doctest::Approx(8.481 * degrees).epsilon(1e-3));
+    CHECK(push(0.03, 1.7).heading == doctest::Approx(15.107 * degrees).epsilon(1e-3));
+    CHECK(push(0.06, 2.0).heading == doctest::Approx(27.520 * degrees).epsilon(1e-3));
+
+    Planar thrown(p, {}, Body{0, 0, 0, 0.3, 0, 3});
+    run(thrown, 0.3);
+    CHECK(std::hypot(thrown.box().x, thrown.box().y) == doctest::Approx(11.076e-3).epsilon(1e-3));
 }
 
 TEST_CASE("reference: bumpers give way by force over stiffness, and two in series by twice that") {

@@ -23,6 +23,7 @@ from benchmarks import validation_convergence as convergence
 from benchmarks import validation_distribution as distribution
 from benchmarks import validation_invariants as invariants
 from benchmarks import validation_meetings as meetings
+from benchmarks import validation_outside as outside
 from benchmarks import validation_ramming as ramming
 from benchmarks import validation_sensors as sensors
 from benchmarks.validation_calibration import Place, Push
@@ -208,6 +209,43 @@ def test_the_reference_follows_the_config() -> None:
         changed(case.config(), box={"velocity": (0.1, 0.0, 0.0)}),
     ):
         assert np.abs(meetings.reference_poses(other, case.commands) - usual).max() > 1e-4
+
+
+# ---- a simulator from outside ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def held() -> list[outside.Compared]:
+    steps: dict[Drive, tuple[float, ...]] = {"driven_contacts": (0.005, DEFAULT_STEP), "articulated": (0.001,)}
+    return outside.compare(Settings(threads=1), steps)
+
+
+def test_boxes_slide_and_robots_meet_as_in_a_simulator_from_outside(held: list[outside.Compared]) -> None:
+    assert not outside.missed(held, "driven_contacts")
+    for compared in held:
+        assert compared.figure.error(compared.reference) < 0.2 * compared.figure.tolerance()
+        assert not compared.figure.keeps(compared.figure.outside + 1.01 * compared.figure.tolerance())
+
+
+def test_the_simulator_from_outside_says_what_its_first_report_said() -> None:
+    for figure in outside.FIGURES:
+        if figure.first is not None:
+            assert figure.outside == pytest.approx(figure.first, rel=0.025)
+
+
+def test_the_articulated_drive_slides_as_in_a_simulator_from_outside(held: list[outside.Compared]) -> None:
+    assert {c.figure.case.name for c, _ in outside.missed(held, "articulated") if not c.figure.case.is_blow} == set()
+    assert outside.shift(held).is_explanation()
+
+
+def test_the_feet_of_the_reference_hardly_give() -> None:
+    found = outside.feet(Settings(threads=1))
+    for stiffness, way in outside.RAMMED.items():
+        assert found.ours[stiffness] == pytest.approx(way, rel=1e-3)
+    assert found.default == found.ours[outside.DEFAULT_FEET]
+    assert found.are_stiff_enough()
+    assert found.share(found.ours[outside.SOFT_FEET]) > 4 * outside.LARGEST_FOOT_ERROR
+    assert max(map(found.share, found.library)) < outside.LARGEST_FOOT_ERROR
 
 
 # ---- distributions ---------------------------------------------------------------------------------------------------
