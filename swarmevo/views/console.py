@@ -8,13 +8,14 @@ import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from datetime import timedelta
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
+
+from swarmevo.views import text
 
 if TYPE_CHECKING:
     from swarmevo.analysis.assessment import Assessment, Outcome, PaperRow
@@ -81,8 +82,8 @@ def _line(now: Progress) -> str:
     objective, best = next(iter(now.best.items()))
     return (
         f"trial {now.trial + 1}/{now.trials}, generation {now.generation + 1}/{now.generations}: "
-        f"best {objective} {best:.4g}, front {now.front_size}, {now.episodes_per_second:.3g} episodes/s, "
-        f"{_duration(now.eta_seconds)} left"
+        f"best {objective} {text.number(best)}, front {now.front_size}, "
+        f"{text.throughput(now.episodes_per_second, 'episodes')}, {text.clock(now.eta_seconds)} left"
     )
 
 
@@ -90,13 +91,10 @@ def _short_line(now: Progress) -> str:
     """Return what fits beside a bar on 80 columns."""
     objective, best = next(iter(now.best.items()))
     return (
-        f"trial {now.trial + 1}/{now.trials} gen {now.generation + 1}/{now.generations}  {objective} {best:.4g}  "
-        f"front {now.front_size}  {now.episodes_per_second:.3g} ep/s  ETA {_duration(now.eta_seconds)}"
+        f"trial {now.trial + 1}/{now.trials} gen {now.generation + 1}/{now.generations}  "
+        f"{objective} {text.number(best)}  front {now.front_size}  {text.throughput(now.episodes_per_second, 'ep')}  "
+        f"ETA {text.clock(now.eta_seconds)}"
     )
-
-
-def _duration(seconds: float) -> str:
-    return str(timedelta(seconds=round(seconds)))
 
 
 # ---- a run -----------------------------------------------------------------------------------------------------------
@@ -129,10 +127,10 @@ def _show_front(out: Console, title: str, objectives: Sequence[Objective], front
     table = _table(*names, "episodes", "homing", "pushing", "push\n(s)", "gens", "trial", "genome", right=True)
     for point in front:
         table.add_row(
-            *(f"{value:.4g}" for value in point.objectives.values()),
+            *map(text.number, point.objectives.values()),
             str(point.episodes),
-            f"{point.homing_rate:.0%}",
-            f"{point.push_rate:.0%}",
+            text.percent(point.homing_rate),
+            text.percent(point.push_rate),
             "-" if point.push_time is None else f"{point.push_time:.1f}",
             f"{point.first_generation}-{point.last_generation}",
             str(point.trial),
@@ -145,7 +143,8 @@ def _show_history(out: Console, trial: int, history: Sequence[Step], planned: in
     values = [step.hypervolume for step in history]
     line = sparkline(values, _SPARKS if _can_print(out, _SPARKS) else _PLAIN_SPARKS)
     out.print(
-        f"  trial {trial}  {line}  {values[0]:.4g} to {values[-1]:.4g}, {len(values)} of {planned} generations",
+        f"  trial {trial}  {line}  {text.number(values[0])} to {text.number(values[-1])}, "
+        f"{len(values)} of {planned} generations"
     )
 
 
@@ -157,32 +156,31 @@ def sparkline(values: Sequence[float], sparks: str = _SPARKS) -> str:
     return "".join(sparks[round((value - low) / span * (len(sparks) - 1)) if span > 0 else 0] for value in picked)
 
 
-def _can_print(out: Console, text: str) -> bool:
+def _can_print(out: Console, characters: str) -> bool:
     try:
-        text.encode(out.encoding)
+        characters.encode(out.encoding)
     except UnicodeEncodeError:
         return False
     return True
 
 
 def _show_cost(out: Console, cost: Cost) -> None:
-    speed = cost.simulated_seconds / cost.seconds if cost.seconds else 0.0
-    out.print(
-        f"\nCost so far: {cost.episodes} episodes of {cost.genomes} genomes, {_duration(cost.simulated_seconds)} "
-        f"simulated in {_duration(cost.seconds)} ({speed:.0f} times real time); "
-        f"{cost.ode_messages} warnings of ODE, {cost.unsolved_steps} unsolved steps"
-        + (f", {cost.faults} failed episodes" if cost.faults else ""),
+    said = (
+        f"\nCost so far: {text.count(cost.episodes, 'episode')} of {text.count(cost.genomes, 'genome')}, "
+        f"{text.clock(cost.simulated_seconds)} simulated in {text.clock(cost.seconds)} ({text.speed(cost)}); "
+        f"{text.physics(cost)}"
     )
+    out.print(text.plain(said))
 
 
 def show_forecast(forecast: Forecast) -> None:
     """Print what a run will cost."""
     out = _stdout()
     out.print(
-        f"{forecast.episodes} episodes, {_duration(forecast.simulated_seconds)} simulated\n"
-        f"{forecast.episodes_per_second:.3g} episodes/s on {forecast.workers} workers, "
+        f"{forecast.episodes} episodes, {text.clock(forecast.simulated_seconds)} simulated\n"
+        f"{text.throughput(forecast.episodes_per_second, 'episodes')} on {forecast.workers} workers, "
         f"measured on {forecast.measured_episodes} episodes with random genomes\n"
-        f"{_duration(forecast.wall_seconds)} in all; evolved teams pressing on the box may take several times longer\n"
+        f"{text.clock(forecast.wall_seconds)} in all; evolved teams pressing on the box may take several times longer\n"
         "nothing was written",
     )
 
@@ -224,7 +222,7 @@ def show_assessment(found: Assessment) -> None:
         out.print(f"\nRobustness, {found.robustness[0].outcome.robots} robots")
         table = _table("world", "changes", "homing", "time", "pushing", "time")
         for one in found.robustness:
-            table.add_row(one.name, one.changes, *_outcome(one.outcome))
+            table.add_row(one.name, one.changes, *map(text.plain, text.outcome(one.outcome)))
         out.print(table)
     out.print("\nShare of robots with a behaviour of the paper's section VII")
     for label, share in found.behaviours.items():
@@ -232,31 +230,14 @@ def show_assessment(found: Assessment) -> None:
 
 
 def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str]:
-    homing, home_time, pushing, push_time = _outcome(row)
-    beside = (
-        [f"{paper.homing_rate:.0%}", _time(paper.homing_time), f"{paper.push_rate:.0%}", _time(paper.push_time)]
-        if paper
-        else [""] * 4
-    )
-    brackets = [f"({value})" if value else "" for value in beside]
-    return [
+    homing, home_time, pushing, push_time = text.outcome(row)
+    beside = [f"({value})" for value in text.outcome(paper)] if paper else [""] * 4
+    cells = [
         str(row.robots),
-        *(homing, brackets[0], f"{row.any_home_rate:.0%}", f"{row.all_home_rate:.0%}", home_time, brackets[1]),
-        *(pushing, brackets[2], push_time, brackets[3]),
+        *(homing, beside[0], text.percent(row.any_home_rate), text.percent(row.all_home_rate), home_time, beside[1]),
+        *(pushing, beside[2], push_time, beside[3]),
     ]
-
-
-def _outcome(outcome: Outcome) -> list[str]:
-    return [
-        f"{outcome.homing_rate:.0%}",
-        _time(outcome.homing_time),
-        f"{outcome.push_rate:.0%}",
-        _time(outcome.push_time),
-    ]
-
-
-def _time(seconds: float | None) -> str:
-    return "Max" if seconds is None else f"{seconds:.1f} s"
+    return [text.plain(cell) for cell in cells]
 
 
 # ---- verification ----------------------------------------------------------------------------------------------------

@@ -40,6 +40,7 @@ from swarmevo.config import Config
 from swarmevo.errors import StoreError
 from swarmevo.protocols import FeedForward, FloatArray, NativeController, Objective
 from swarmevo.runs.store import Store
+from swarmevo.views import text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,16 +136,6 @@ def _opened(run: Run) -> Iterator[Store]:
         return
     with Store.open(run) as store:
         yield store
-
-
-def label(objective: Objective) -> str:
-    """Return an objective's name as people read it, with the direction that is better."""
-    arrow = "more" if objective.direction == "maximise" else "fewer" if _is_count(objective) else "less"
-    return f"{objective.name.replace('_', ' ')} ({arrow} is better)"
-
-
-def _is_count(objective: Objective) -> bool:
-    return objective.name.endswith("s")
 
 
 # ---- fronts ----------------------------------------------------------------------------------------------------------
@@ -243,7 +234,7 @@ def evolution(run: Run, trial: int | None = None) -> Picture:
             edgecolors=INK, linewidths=0.3,
         )  # fmt: skip
         first, second = store.objectives[:2]
-        axes.set(xlabel="generation", ylabel=second.name.replace("_", " "), zlabel=first.name.replace("_", " "))
+        axes.set(xlabel="generation", ylabel=text.words(second.name), zlabel=text.words(first.name))
         axes.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
         picture.suptitle(f"trial {chosen}; outlined: not dominated in their generation", fontsize=9)
@@ -267,9 +258,9 @@ def _points(store: Store, front: Sequence[pareto.FrontPoint]) -> FloatArray:
 
 
 def _plane_axes(axes: Axes, objectives: Sequence[Objective]) -> None:
-    axes.set_ylabel(label(objectives[0]))
-    axes.set_xlabel(label(objectives[1]) if len(objectives) > 1 else "trial")
-    whole = len(objectives) == 1 or _is_count(objectives[1])
+    axes.set_ylabel(text.label(objectives[0]))
+    axes.set_xlabel(text.label(objectives[1]) if len(objectives) > 1 else "trial")
+    whole = len(objectives) == 1 or text.is_count(objectives[1])
     axes.xaxis.set_major_locator(MaxNLocator(integer=True) if whole else MaxNLocator(nbins=8))
     axes.margins(0.06)
 
@@ -373,9 +364,10 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
             image, ax=axes, shrink=0.75, label=f"share of the robots' time in {CELL * 100:g} cm cells (%)"
         )
         bar.outline.set_visible(False)
-        tests = len(seen.episodes)
         axes.set_title(
-            f"{tests} test{'s' * (tests > 1)}, {seen.config.episode.horizon:g} s each", fontweight="normal", fontsize=9
+            f"{text.count(len(seen.episodes), 'test')}, {text.horizon(seen.config.episode.horizon)} each",
+            fontweight="normal",
+            fontsize=9,
         )
         return picture
 
@@ -397,7 +389,7 @@ def _recording(run: Run | Recording, genome: int | None) -> Recording:
 def _outcome(seen: Recording, episode: int) -> str:
     homing, push = seen.telemetry.homing_time[episode], seen.telemetry.push_time[episode]
     home = f"{np.isfinite(homing).sum()} of {len(homing)} robots at the source"
-    return f"{home}, box at the wall {f'after {push:.1f} s' if np.isfinite(push) else 'never'}"
+    return f"{home}, box at the wall {text.moment(float(push))}"
 
 
 def _arena(axes: Axes, settings: Config) -> None:
@@ -510,7 +502,7 @@ def _draw_network(axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequenc
     for name, colour in (("excites", BLUE), ("inhibits", VERMILLION)):
         axes.plot([], [], color=colour, linewidth=2, label=name)
     axes.legend(loc="lower center", ncols=2, bbox_to_anchor=(0.5, -0.04))
-    on = f"{len(hidden)} hidden neuron{'s' * (len(hidden) != 1)} switched on"
+    on = f"{text.count(len(hidden), 'hidden neuron')} switched on"
     axes.set_title(f"{on}; the widest line is a weight of {largest:.2g}", fontweight="normal", fontsize=9, loc="center")
     axes.set(xlim=(-0.55, 2.55), ylim=(-0.1, 1.05))
     axes.axis("off")
@@ -579,5 +571,5 @@ def svg(picture: Figure) -> str:
     buffer = io.StringIO()
     with matplotlib.rc_context(_STYLE):
         picture.savefig(buffer, format="svg", transparent=True, metadata=_undated("svg"))
-    text = buffer.getvalue().replace(INK, "currentColor").replace(BLUE.lower(), f"var(--blue, {BLUE})")
-    return _GLOBAL_STYLE.sub("", text[text.index("<svg") :])
+    drawn = buffer.getvalue().replace(INK, "currentColor").replace(BLUE.lower(), f"var(--blue, {BLUE})")
+    return _GLOBAL_STYLE.sub("", drawn[drawn.index("<svg") :])

@@ -14,18 +14,17 @@ import json
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import timedelta
 from pathlib import Path
 from typing import Any, Final
 
 from swarmevo import __version__
 from swarmevo.analysis import assessment, fronts
-from swarmevo.analysis.assessment import Assessment, Outcome
+from swarmevo.analysis.assessment import Assessment
 from swarmevo.analysis.fronts import FrontPoint, Summary
 from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import CONFIG_FILE, PROVENANCE_FILE, Store
-from swarmevo.views import figures
+from swarmevo.views import figures, text
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
 from swarmevo.views.replay import page as replay_page
@@ -49,10 +48,10 @@ def write(folders: Sequence[Path], file: Path, observe: Callable[[str], None] = 
         StoreError: A run cannot be read.
         OSError: The file cannot be written.
     """
-    text = page(folders, observe)
+    content = page(folders, observe)
     file.parent.mkdir(parents=True, exist_ok=True)
     unfinished = file.with_name(f"{file.name}.tmp")
-    unfinished.write_text(text, encoding="utf-8")
+    unfinished.write_text(content, encoding="utf-8")
     unfinished.replace(file)
     return file
 
@@ -82,10 +81,10 @@ def page(folders: Sequence[Path], observe: Callable[[str], None] = lambda what: 
         "data": replay_page.json_script("report-data", data),
         "script": f"<script>{_asset('report.js')}</script>",
     }
-    text = _asset("page.html")
+    filled = _asset("page.html")
     for key, value in content.items():
-        text = text.replace(f"<!--{key}-->", value)
-    return text
+        filled = filled.replace(f"<!--{key}-->", value)
+    return filled
 
 
 def _asset(name: str) -> str:
@@ -148,7 +147,7 @@ def _data(store: Store, run: _Run) -> dict[str, Any]:
     episodes = list(run.episodes.values())
     return {
         "objectives": [
-            {"name": _words(o.name), "label": figures.label(o), "maximise": o.direction == "maximise"}
+            {"name": text.words(o.name), "label": text.label(o), "maximise": o.direction == "maximise"}
             for o in store.objectives
         ],
         "points": [_point(store, run, point) for point in run.points],
@@ -173,52 +172,19 @@ def _point(store: Store, run: _Run, point: FrontPoint) -> dict[str, Any]:
 
 def _facts(store: Store, point: FrontPoint, tested: assessment.Tested | None) -> list[tuple[str, str]]:
     """Return what is said of a point beside the chart: names and values."""
-    facts = [(_words(name), _number(value)) for name, value in point.objectives.items()]
+    facts = [(text.words(name), text.number(value)) for name, value in point.objectives.items()]
     facts += [
-        ("robots at the source", _rate(point.homing_rate, point.homing_time)),
-        ("box at the wall", _rate(point.push_rate, point.push_time)),
-        ("judged by", _count(point.episodes, "episode")),
+        ("robots at the source", text.rate(point.homing_rate, point.homing_time)),
+        ("box at the wall", text.rate(point.push_rate, point.push_time)),
+        ("judged by", text.count(point.episodes, "episode")),
         ("lived in", f"trial {point.trial}, generations {point.first_generation} to {point.last_generation}"),
     ]
     if tested is not None:
         first = store.objectives[0].name
-        facts.append((f"{_words(first)} in fresh tests", _number(tested.tested[first])))
-        shown = [f"{label} {share:.0%}" for label, share in tested.behaviours.items() if share >= 0.05]
+        facts.append((f"{text.words(first)} in fresh tests", text.number(tested.tested[first])))
+        shown = [f"{label} {text.percent(share)}" for label, share in tested.behaviours.items() if share >= 0.05]
         facts.append(("robots in fresh tests", ", ".join(shown) or "none of section VII's"))
     return facts
-
-
-# ---- text and numbers ------------------------------------------------------------------------------------------------
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}"
-
-
-def _seconds(value: float | None) -> str:
-    return "Max" if value is None else f"{value:.1f} s"
-
-
-def _rate(rate: float, time: float | None) -> str:
-    return f"{rate:.0%}" + (f", after {time:.1f} s" if time is not None else "")
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 60:
-        return f"{seconds:.0f} s"
-    if seconds < 3600:
-        return f"{seconds / 60:.0f} min"
-    if seconds < 48 * 3600:
-        return f"{seconds / 3600:.1f} h"
-    return f"{timedelta(seconds=seconds) / timedelta(days=1):.1f} days"
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number:,} {what}{'s' * (number != 1)}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 # ---- pieces of the page ----------------------------------------------------------------------------------------------
@@ -250,8 +216,9 @@ def _header(run: _Run) -> str:
     summary, cost = run.summary, run.summary.cost
     state = "" if summary.complete else " It is not complete yet."
     lede = (
-        f"{_count(summary.trials_planned, 'trial')} of {_count(summary.generations_planned, 'generation')}; "
-        f"{_count(cost.episodes, 'episode')} of {_count(cost.genomes, 'controller')}, seed {summary.seed}.{state}"
+        f"{text.count(summary.trials_planned, 'trial')} of {text.count(summary.generations_planned, 'generation')}; "
+        f"{text.count(cost.episodes, 'episode')} of {text.count(cost.genomes, 'controller')}, "
+        f"seed {summary.seed}.{state}"
     )
     tiles = "".join(
         f'<div class="tile"><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd><dd class="aside">'
@@ -268,19 +235,22 @@ def _tiles(run: _Run) -> Iterator[tuple[str, str, str]]:
     """Yield the numbers that stand out: name, value, and a remark."""
     summary, cost = run.summary, run.summary.cost
     best, first = summary.front[0], summary.objectives[0].name  # the front begins with the best first objective
-    beside = [f"{_words(name)} {_number(value)}" for name, value in best.objectives.items() if name != first]
-    yield f"best {_words(first)}", _number(best.objectives[first]), ", ".join([f"controller {best.genome}", *beside])
+    beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
+    yield (
+        f"best {text.words(first)}",
+        text.number(best.objectives[first]),
+        ", ".join([f"controller {best.genome}", *beside]),
+    )
     pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
     yield (
         "box at the wall",
-        f"{pusher.push_rate:.0%}",
-        f"controller {pusher.genome}, {_count(pusher.episodes, 'episode')}",
+        text.percent(pusher.push_rate),
+        f"controller {pusher.genome}, {text.count(pusher.episodes, 'episode')}",
     )
-    yield "front", _count(len(summary.front), "point"), f"over {_count(len(summary.trials), 'trial')}"
+    yield "front", text.count(len(summary.front), "point"), f"over {text.count(len(summary.trials), 'trial')}"
     volumes = [trial.history[-1].hypervolume for trial in summary.trials]
-    yield "hypervolume", _number(max(volumes)), f"best of {_count(len(volumes), 'trial')}"
-    speed = cost.simulated_seconds / cost.seconds if cost.seconds else 0.0
-    yield "simulated", _duration(cost.simulated_seconds), f"in {_duration(cost.seconds)}: {speed:,.0f} times real time"
+    yield "hypervolume", text.number(max(volumes)), f"best of {text.count(len(volumes), 'trial')}"
+    yield "simulated", text.duration(cost.simulated_seconds), f"in {text.duration(cost.seconds)}: {text.speed(cost)}"
 
 
 def _explorer(store: Store, run: _Run) -> str:
@@ -318,12 +288,12 @@ def _drawing(store: Store, point: FrontPoint) -> str:
 
 
 def _front_table(run: _Run) -> str:
-    names = [_words(objective.name) for objective in run.summary.objectives]
+    names = [text.words(objective.name) for objective in run.summary.objectives]
     rows = [
         [
-            *(_number(value) for value in point.objectives.values()),
-            _rate(point.homing_rate, point.homing_time),
-            _rate(point.push_rate, point.push_time),
+            *(text.number(value) for value in point.objectives.values()),
+            text.rate(point.homing_rate, point.homing_time),
+            text.rate(point.push_rate, point.push_time),
             str(point.episodes),
             str(point.trial),
             str(point.genome),
@@ -368,7 +338,8 @@ def _census(run: _Run) -> str:
     if run.tests is None:
         return ""
     bars = "".join(
-        f'<dt>{html.escape(label)}</dt><dd><span class="bar"><i style="width:{share:.1%}"></i></span>{share:.0%}</dd>'
+        f'<dt>{html.escape(label)}</dt><dd><span class="bar"><i style="width:{share:.1%}"></i></span>'
+        f"{text.percent(share)}</dd>"
         for label, share in run.tests.behaviours.items()
     )
     return (
@@ -390,8 +361,9 @@ def _tests(store: Store, run: _Run) -> str:
         )
     stale = "The run has gone on since these tests. " if tests.is_stale(store) else ""
     note = (
-        f"{stale}{_count(len(tests.controllers), 'controller')} of all trials' fronts, {_count(tests.repeats, 'test')} "
-        f"each on fresh seeds; in small print the paper's Table II. Max: never within {tests.horizon:g} s."
+        f"{stale}{text.count(len(tests.controllers), 'controller')} of all trials' fronts, "
+        f"{text.count(tests.repeats, 'test')} each on fresh seeds; in small print the paper's Table II. "
+        f"Max: never within {text.horizon(tests.horizon)}."
     )
     return (
         f'<section><h2>Tests</h2><p class="note">{html.escape(note)}</p>{_table_ii(tests)}'
@@ -407,12 +379,12 @@ def _table_ii(tests: Assessment) -> str:
         rows.append(
             [
                 str(row.robots),
-                _beside(f"{row.homing_rate:.0%}", beside and f"{beside.homing_rate:.0%}"),
-                f"{row.any_home_rate:.0%}",
-                f"{row.all_home_rate:.0%}",
-                _beside(_seconds(row.homing_time), beside and _seconds(beside.homing_time)),
-                _beside(f"{row.push_rate:.0%}", beside and f"{beside.push_rate:.0%}"),
-                _beside(_seconds(row.push_time), beside and _seconds(beside.push_time)),
+                _beside(text.percent(row.homing_rate), beside and text.percent(beside.homing_rate)),
+                text.percent(row.any_home_rate),
+                text.percent(row.all_home_rate),
+                _beside(text.time_taken(row.homing_time), beside and text.time_taken(beside.homing_time)),
+                _beside(text.percent(row.push_rate), beside and text.percent(beside.push_rate)),
+                _beside(text.time_taken(row.push_time), beside and text.time_taken(beside.push_time)),
             ]
         )
     heads = ["robots", "robots at the source", "any", "all", "time taken", "box at the wall", "time taken"]
@@ -426,18 +398,9 @@ def _beside(ours: str, theirs: str | None) -> str:
 def _robustness(tests: Assessment) -> str:
     if not tests.robustness:
         return ""
-    rows = [[one.name, one.changes, *_outcome(one.outcome)] for one in tests.robustness]
+    rows = [[one.name, one.changes, *text.outcome(one.outcome)] for one in tests.robustness]
     heads = ["world", "changes", "robots at the source", "time taken", "box at the wall", "time taken"]
     return f'<div class="words"><h3>Robustness</h3>{_table(heads, rows)}</div>'
-
-
-def _outcome(outcome: Outcome) -> list[str]:
-    return [
-        f"{outcome.homing_rate:.0%}",
-        _seconds(outcome.homing_time),
-        f"{outcome.push_rate:.0%}",
-        _seconds(outcome.push_time),
-    ]
 
 
 def _gap(objective: Objective, tests: Assessment) -> str:
@@ -446,15 +409,15 @@ def _gap(objective: Objective, tests: Assessment) -> str:
         [
             str(one.genome),
             str(one.trial),
-            _number(one.evolved[objective.name]),
-            _number(one.tested[objective.name]),
-            f"{one.tested[objective.name] - one.evolved[objective.name]:+.3g}",
+            text.number(one.evolved[objective.name]),
+            text.number(one.tested[objective.name]),
+            text.difference(one.tested[objective.name] - one.evolved[objective.name]),
         ]
         for one in tests.controllers
     ]
     heads = ["controller", "trial", "in evolution", "in fresh tests", "difference"]
     return (
-        f'<details class="card"><summary>{html.escape(_words(objective.name))}: evolution and fresh tests</summary>'
+        f'<details class="card"><summary>{html.escape(text.words(objective.name))}: evolution and fresh tests</summary>'
         '<p class="note">Who is selected for good luck loses it on fresh seeds.</p>'
         f"{_table(heads, rows)}</details>"
     )
@@ -466,11 +429,11 @@ def _gap(objective: Objective, tests: Assessment) -> str:
 def _provenance(store: Store, run: _Run) -> str:
     cost = run.summary.cost
     origin: dict[str, Any] = json.loads((store.folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
-    facts = {key.replace("_", " "): value for key, value in _flat(origin) if value not in (None, "", [])}
+    facts = {text.words(key): value for key, value in _flat(origin) if value not in (None, "", [])}
     facts |= {
-        "cost": f"{_count(cost.episodes, 'episode')}, {_duration(cost.simulated_seconds)} simulated "
-        f"in {_duration(cost.seconds)}",
-        "physics": f"{_count(cost.ode_messages, 'warning')} of ODE, {_count(cost.unsolved_steps, 'unsolved step')}",
+        "cost": f"{text.count(cost.episodes, 'episode')}, {text.duration(cost.simulated_seconds)} simulated "
+        f"in {text.duration(cost.seconds)}",
+        "physics": text.physics(cost),
     }
     entries = "".join(f"<dt>{html.escape(key)}</dt><dd>{html.escape(str(value))}</dd>" for key, value in facts.items())
     settings = html.escape((store.folder / CONFIG_FILE).read_text(encoding="utf-8"))
