@@ -143,6 +143,14 @@ def test_svg_takes_the_ink_of_its_page(run: Path) -> None:
     assert "<style" not in drawn  # it would be the whole page's
 
 
+def test_text_in_svg_is_escaped() -> None:
+    picture = figures.Picture()
+    picture.suptitle("<script>alert(1)</script>")
+    drawn = figures.svg(picture)
+    assert "<script" not in drawn
+    assert "&lt;script&gt;" in drawn
+
+
 def test_a_figure_shows_itself_in_a_notebook(run: Path) -> None:
     assert figures.hypervolume(run)._repr_png_().startswith(b"\x89PNG")
 

@@ -26,6 +26,7 @@ from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
 from swarmevo.evolution import loop
 from swarmevo.runs.store import Store
+from swarmevo.views import html
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
 from swarmevo.views.replay import page as replay_page
@@ -255,7 +256,7 @@ def test_a_rigid_bumper_is_the_body(settings: Config) -> None:
 
 
 def test_the_legend_has_the_bumpers_colour() -> None:
-    assert f"--sw-bumper: {replay_scene._BUMPER};" in replay_page._asset("replay_player.css")
+    assert f"--sw-bumper: {replay_scene._BUMPER};" in html.asset("swarmevo.views.replay", "replay_player.css")
 
 
 # ---- as a page -------------------------------------------------------------------------------------------------------
