@@ -256,7 +256,7 @@ def test_a_rigid_bumper_is_the_body(settings: Config) -> None:
 
 
 def test_the_legend_has_the_bumpers_colour() -> None:
-    assert f"--sw-bumper: {replay_scene._BUMPER};" in html.asset("swarmevo.views.replay", "replay_player.css")
+    assert f"--sw-bumper: {replay_scene._BUMPER};" in html.asset("swarmevo.views.replay", "player.css")
 
 
 # ---- as a page -------------------------------------------------------------------------------------------------------

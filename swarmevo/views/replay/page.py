@@ -20,6 +20,7 @@ from markupsafe import Markup
 from swarmevo.views import html
 
 _PACKAGE: Final = "swarmevo.views.replay"  # of the assets
+_PARTS: Final = ("basics", "track", "scene", "plot", "stage", "player")  # of our player
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Player:
     """Of the viewer, for a comment."""
     viewer: Markup
     """meshcat's, a script."""
-    script: Markup
+    parts: list[Markup]
+    """Of our player: scripts that share a scope."""
 
 
 def render(episodes: Sequence[dict[str, Any]], title: str, live: bool = False) -> str:
@@ -58,8 +60,8 @@ def player() -> Player:
     viewer = importlib.resources.files("meshcat") / "viewer"
     licences = [(viewer / name).read_text(encoding="utf-8") for name in ("LICENSE", "dist/main.min.js.LICENSE.txt")]
     return Player(
-        style=html.asset(_PACKAGE, "replay_player.css"),
+        style=html.asset(_PACKAGE, "player.css"),
         licences=html.comment("meshcat's viewer, with three.js:\n\n" + "\n".join(licences)),
         viewer=html.script((viewer / "dist" / "main.min.js").read_text(encoding="utf-8")),
-        script=html.asset(_PACKAGE, "replay_player.js"),
+        parts=[html.asset(_PACKAGE, f"player/{part}.js") for part in _PARTS],
     )

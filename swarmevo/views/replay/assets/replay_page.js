@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The replay page: gives its episodes to the player (replay_player.js), or asks the server for live ones, and offers
+// The replay page: gives its episodes to the player (player/), or asks the server for live ones, and offers
 // window.swarmevo to whoever films or tests it.
 "use strict";
 (() => {
