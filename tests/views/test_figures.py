@@ -16,6 +16,8 @@ from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import Store
 from swarmevo.views import figures
+from swarmevo.views.figures import behaviour, writing
+from swarmevo.views.figures import objectives as objective_figures
 from swarmevo.views.replay import scene as replay_scene
 
 
@@ -74,8 +76,8 @@ def test_a_path_ends_when_the_box_is_there(run: Path) -> None:
     with Store.open(run) as store:
         seen = assessment.watch(store, tests=2)
     seen.telemetry.push_time[0] = -1.5  # [s]: 2 s later is 0.5 s after the start
-    assert figures._shown_steps(seen, 0) == 5
-    assert figures._shown_steps(seen, 1) == 20
+    assert behaviour._shown_steps(seen, 0) == 5
+    assert behaviour._shown_steps(seen, 1) == 20
     assert seen.best == 0
 
 
@@ -93,7 +95,7 @@ def test_the_network_has_what_is_switched_on(run: Path) -> None:
 def test_two_positions_of_a_staircase() -> None:
     objectives = (Objective("score", "maximise", (0, 9)), Objective("neurons", "minimise", (0, 9)))
     axes = figures.Picture().add_subplot()
-    figures._staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]), 6.0)
+    objective_figures._staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]), 6.0)
     assert axes.lines[0].get_xydata().tolist() == [[1, 2], [4, 3], [6, 3]]
 
 
@@ -115,7 +117,7 @@ def test_trials_can_be_told_apart() -> None:
 
 
 def test_the_page_has_as_many_shapes_as_the_figures() -> None:
-    page = (Path(figures.__file__).parent / "report" / "assets" / "report.js").read_text()
+    page = (Path(figures.__file__).parents[1] / "report" / "assets" / "report.js").read_text()
     shapes = page.partition("const SHAPES = [")[2].partition("];")[0]
     assert shapes.count('"M') == len(figures.MARKERS)
 
@@ -126,7 +128,7 @@ def test_a_run_shows_all_that_it_can(run: Path) -> None:
 
 
 def test_figures_are_written_the_same_each_time(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(figures, "every", lambda run: iter([("hypervolume", figures.hypervolume(run))]))
+    monkeypatch.setattr(writing, "every", lambda run: iter([("hypervolume", figures.hypervolume(run))]))
     first, again = figures.write(run, tmp_path / "first"), figures.write(run, tmp_path / "again")
     assert [path.name for path in first] == ["hypervolume.pdf", "hypervolume.png"]
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in again]
@@ -139,6 +141,14 @@ def test_svg_takes_the_ink_of_its_page(run: Path) -> None:
     assert "currentColor" in drawn
     assert figures.INK not in drawn
     assert "<style" not in drawn  # it would be the whole page's
+
+
+def test_text_in_svg_is_escaped() -> None:
+    picture = figures.Picture()
+    picture.suptitle("<script>alert(1)</script>")
+    drawn = figures.svg(picture)
+    assert "<script" not in drawn
+    assert "&lt;script&gt;" in drawn
 
 
 def test_a_figure_shows_itself_in_a_notebook(run: Path) -> None:

@@ -27,8 +27,10 @@ from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
 from swarmevo.runs import driver
 from swarmevo.runs.store import Store
+from swarmevo.views import html
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
+from swarmevo.views.replay import epuck
 from swarmevo.views.replay import page as replay_page
 from swarmevo.views.replay import scene as replay_scene
 from swarmevo.views.replay import server as replay_server
@@ -260,7 +262,7 @@ def test_a_rigid_bumper_is_the_body(settings: Config) -> None:
 
 
 def test_the_legend_has_the_bumpers_colour() -> None:
-    assert f"--sw-bumper: {replay_scene._BUMPER};" in replay_page._asset("replay_player.css")
+    assert f"--sw-bumper: {epuck.BUMPER};" in html.asset("swarmevo.views.replay", "player.css")
 
 
 # ---- as a page -------------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,9 @@ from browser import Watched, chromium, pixels, watch
 from swarmevo import cli
 from swarmevo.analysis import assessment, fronts, table_ii
 from swarmevo.errors import StoreError
-from swarmevo.runs.store import PROVENANCE_FILE, Store
+from swarmevo.runs.store import CONFIG_FILE, PROVENANCE_FILE, Store
 from swarmevo.views.report import page as report
+from swarmevo.views.report import run as report_run
 
 ARTEFACTS = os.environ.get("SWARMEVO_ARTEFACTS")
 """Folder that keeps screenshots, if it is set."""
@@ -60,7 +62,7 @@ def test_the_page_knows_every_point_and_its_episode(run: Path, page_file: Path) 
 
 
 def test_only_so_many_replays_the_best_first(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "MOST_REPLAYS", 1)
+    monkeypatch.setattr(report_run, "MOST_REPLAYS", 1)
     (data,) = embedded(report.page([run]))
     assert len(data["episodes"]) == 1
     assert all(point["front"] for point in data["points"] if point["episode"] is not None)
@@ -70,6 +72,22 @@ def test_a_runs_text_cannot_become_markup(page_file: Path) -> None:
     text = page_file.read_text()
     assert "<b>run" not in text
     assert "a &lt;b&gt;run" in text
+
+
+def test_text_of_a_strangers_run_cannot_become_markup(run: Path, tmp_path: Path) -> None:
+    evil = "<img src=x onerror=alert(1)>"
+    folder = shutil.copytree(run, tmp_path / evil)
+    tests = folder / assessment.FILE
+    tests.write_text(tests.read_text().replace('"no noise"', f'"{evil}"').replace("static near a wall", evil))
+    origin = folder / PROVENANCE_FILE
+    origin.write_text(json.dumps(json.loads(origin.read_text()) | {"cpu": evil, evil: [evil]}))
+    config = folder / CONFIG_FILE
+    config.write_text(f"{config.read_text()}# {evil}\n")
+    text = report.page([folder])
+    assert "<img" not in text
+    name, conditions, behaviours, provenance, settings = 2, 1, 1, 3, 1
+    assert text.count("&lt;img src=x onerror=alert(1)&gt;") == name + conditions + behaviours + provenance + settings
+    assert [point["facts"] for point in embedded(text)[0]["points"]]
 
 
 def test_the_page_tells_the_tests_and_the_papers(page_file: Path) -> None:

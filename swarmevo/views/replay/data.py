@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from swarmevo.analysis.recording import Recording
 from swarmevo.config import Config
 from swarmevo.protocols import FloatArray, Telemetry
+from swarmevo.views import text
 from swarmevo.views.replay import scene
 
 FORMAT: Final = 1
@@ -84,19 +85,19 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     home = np.sort(telemetry.homing_time[0][~np.isnan(telemetry.homing_time[0])])
     robots = recording.config.team.robots
     said = [
-        (f"F{number}, {objective.name.replace('_', ' ')}", f"{value:.4g}")
+        (f"F{number}, {text.words(objective.name)}", text.number(value))
         for number, (objective, value) in enumerate(
             zip(recording.objectives, recording.values[0].tolist(), strict=True), start=1
         )
     ]
     if not any(objective.name == "hidden_neurons" for objective in recording.objectives):
         said.append(("hidden neurons", f"{recording.complexity:g}"))
-    came = ", ".join([f"{len(home)} of {robots}", *([_span(home)] if len(home) else [])])
+    came = ", ".join([f"{len(home)} of {robots}", *([text.span(home.tolist())] if len(home) else [])])
     push = float(telemetry.push_time[0])
     return [
         *said,
         ("robots at the source", came),
-        ("box at the wall", "never" if math.isnan(push) else f"after {_seconds(push)}"),
+        ("box at the wall", text.moment(push)),
     ]
 
 
@@ -159,13 +160,3 @@ def _steps(telemetry: Telemetry) -> int:
 
 def _time(time: float) -> float | None:
     return None if math.isnan(time) else round(time, 3)
-
-
-def _span(times: FloatArray) -> str:
-    """Return the first and the last of sorted ``times`` in words."""
-    first, last = f"{times[0]:.1f}", f"{times[-1]:.1f}"
-    return f"{first}\N{NO-BREAK SPACE}s" if first == last else f"{first} to {last}\N{NO-BREAK SPACE}s"
-
-
-def _seconds(time: float) -> str:
-    return f"{time:.1f}\N{NO-BREAK SPACE}s"

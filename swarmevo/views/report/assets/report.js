@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The report's Pareto fronts: draws each run's points, says what is known of the one pointed at, and gives the episode
-// of the one chosen to the player (replay_player.js).
+// of the one chosen to the player of replays.
 "use strict";
 
 (() => {

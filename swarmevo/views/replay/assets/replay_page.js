@@ -1,24 +1,13 @@
-<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; connect-src 'self'">
-<link rel="icon" href="data:,">
-<title><!--title--></title>
-<!--head-->
-</head>
-<body class="sw-page">
-<main id="player"></main>
-<!--episodes-->
-<script>
+// SPDX-License-Identifier: BSD-3-Clause
+// The replay page: gives its episodes to the player (player/), or asks the server for live ones, and offers
+// window.swarmevo to whoever films or tests it.
 "use strict";
 (() => {
-  const live = <!--live-->;
+  const place = document.getElementById("player");
+  const live = "live" in place.dataset;
   const episodes = JSON.parse(document.getElementById("episodes").textContent);
   const wanted = /t=([\d.]+)/.exec(location.hash);
-  const player = SwarmevoPlayer.mount(document.getElementById("player"), episodes, {
+  const player = SwarmevoPlayer.mount(place, episodes, {
     autoplay: !wanted && !live,
     ended: () => live && next(),
   });
@@ -58,6 +47,3 @@
     shown: (stage = 0) => player.shown()[stage],
   };
 })();
-</script>
-</body>
-</html>

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Progress on stderr: live bars on a terminal, lines or nothing elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from swarmevo.views import text
+
+if TYPE_CHECKING:
+    from swarmevo.evolution.loop import Progress
+
+Observe = Callable[[int, int], None]
+"""Called with how many are done and how many there are."""
+
+
+@contextmanager
+def progress(done: int, total: int) -> Iterator[Callable[[Progress], None]]:
+    """Show how a run goes on: a live bar on a terminal, one line for each generation elsewhere.
+
+    Args:
+        done: Generations stored already, over all trials.
+        total: Generations of the whole run.
+    """
+    if (console := _terminal()) is None:
+        yield lambda now: print(_line(now), file=sys.stderr, flush=True)
+        return
+    columns = (BarColumn(bar_width=None), TextColumn("{task.description}", markup=False))
+    with Bar(*columns, console=console, expand=True) as bar:
+        task = bar.add_task("starting", completed=done, total=total)
+
+        def observe(now: Progress) -> None:
+            nonlocal done
+            done += 1
+            bar.update(task, completed=done, description=_short_line(now))
+
+        yield observe
+
+
+@contextmanager
+def frames(total: int) -> Iterator[Callable[[int], None]]:
+    """Show how many frames of a film are drawn: a live bar on a terminal, a line now and then elsewhere."""
+    if _terminal() is None:
+        some = max(1, total // 4)
+        yield lambda done: print(f"frame {done} of {total}", file=sys.stderr) if done % some == 0 else None
+        return
+    with _counter("frame {task.completed} of {task.total}") as observe:
+        observe(0, total)
+        yield lambda done: observe(done, total)
+
+
+@contextmanager
+def tests() -> Iterator[Observe]:
+    """Show how many episodes of tests are done: a live bar on a terminal, nothing elsewhere."""
+    with _counter("{task.completed} of {task.total} episodes") as observe:
+        yield observe
+
+
+@contextmanager
+def evaluations() -> Iterator[Observe]:
+    """Show how many evaluations are done: only on a terminal, and gone at the end."""
+    with _counter("{task.completed} of {task.total} evaluations", transient=True) as observe:
+        yield observe
+
+
+@contextmanager
+def _counter(said: str, transient: bool = False) -> Iterator[Observe]:
+    """Show a bar with words beside it, from when the total is known; on a terminal only, elsewhere nothing."""
+    if (console := _terminal()) is None:
+        yield lambda done, total: None
+        return
+    columns = (BarColumn(bar_width=None), TextColumn(said, markup=False))
+    with Bar(*columns, console=console, expand=True, transient=transient) as bar:
+        task = bar.add_task("", visible=False)
+        yield lambda done, total: bar.update(task, completed=done, total=total, visible=True)
+
+
+def _terminal() -> Console | None:
+    """Return stderr, if a live bar can be shown there."""
+    console = Console(stderr=True)
+    return console if console.is_terminal and not console.is_dumb_terminal else None
+
+
+def _line(now: Progress) -> str:
+    objective, best = next(iter(now.best.items()))
+    return (
+        f"trial {now.trial + 1}/{now.trials}, generation {now.generation + 1}/{now.generations}: "
+        f"best {objective} {text.number(best)}, front {now.front_size}, "
+        f"{text.throughput(now.episodes_per_second, 'episodes')}, {text.clock(now.eta_seconds)} left"
+    )
+
+
+def _short_line(now: Progress) -> str:
+    """Return what fits beside a bar on 80 columns."""
+    objective, best = next(iter(now.best.items()))
+    return (
+        f"trial {now.trial + 1}/{now.trials} gen {now.generation + 1}/{now.generations}  "
+        f"{objective} {text.number(best)}  front {now.front_size}  {text.throughput(now.episodes_per_second, 'ep')}  "
+        f"ETA {text.clock(now.eta_seconds)}"
+    )

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All figures of a run, as files, and a figure as SVG for a page."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from swarmevo.analysis import assessment
+from swarmevo.views.figures import behaviour, networks, objectives, style
+from swarmevo.views.figures.source import Run, opened
+from swarmevo.views.figures.style import Picture
+
+_GLOBAL_STYLE: Final = re.compile(r"<style[^>]*>\*[^<]*<[^>]*>")
+"""Of matplotlib's SVG: inside a page it would be the style of all that is there."""
+
+
+def every(run: Run) -> Iterator[tuple[str, Picture]]:
+    """Yield name and figure of all that a run can show."""
+    with opened(run) as store:
+        yield "fronts", objectives.fronts(store)
+        yield "hypervolume", objectives.hypervolume(store)
+        if len(store.objectives) > 1:
+            yield "evolution", objectives.evolution(store)
+        if len(store.objectives) == 2 and len(store.trials()) > 1:
+            yield "attainment", objectives.attainment(store)
+        seen = assessment.watch(store)
+        yield "paths", behaviour.paths(seen)
+        yield "occupancy", behaviour.occupancy(seen)
+        if networks.has_network(seen.config, seen.genes):
+            yield "network", networks.network(store)
+
+
+def write(run: Run, folder: str | os.PathLike[str], formats: Sequence[str] = ("pdf", "png")) -> list[Path]:
+    """Write every figure of a run into a folder, which is made; return the files.
+
+    Raises:
+        OSError: The folder cannot be written.
+    """
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    files = []
+    for name, picture in every(run):
+        for kind in formats:
+            files.append(Path(folder) / f"{name}.{kind}")
+            picture.savefig(files[-1], dpi=300, metadata=_undated(kind))
+    return files
+
+
+def _undated(kind: str) -> dict[str, Any]:
+    """Return metadata that make the same figure the same file."""
+    return {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(kind, {})
+
+
+def svg(picture: Figure) -> str:
+    """Return a figure as SVG for a page: without a background, ink in the page's own colour, blue as its ``--blue``."""
+    buffer = io.StringIO()
+    with matplotlib.rc_context(style.SETTINGS):
+        picture.savefig(buffer, format="svg", transparent=True, metadata=_undated("svg"))
+    drawn = buffer.getvalue().replace(style.INK, "currentColor")
+    drawn = drawn.replace(style.BLUE.lower(), f"var(--blue, {style.BLUE})")
+    return _GLOBAL_STYLE.sub("", drawn[drawn.index("<svg") :])

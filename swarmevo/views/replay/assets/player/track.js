@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// An episode's numbers: decoded, joined as they come, and between control steps.
+
+const FORMAT = 1; // of an episode, data.py
+
+/** Arrays of all control steps so far, and what is between two of them. */
+class Track {
+  constructor(episode) {
+    if (episode.format !== FORMAT) throw new Error(`episode: expected format ${FORMAT}, got ${episode.format}`);
+    this.episode = episode;
+    this.robots = episode.robots;
+    this.steps = 0;
+    const none = (type) => new type(0);
+    this.pose = this.box = this.gap = none(Int16Array);
+    this.command = none(Int8Array);
+    this.touch = this.rf = this.contact = none(Uint8Array);
+    this.terms = episode.terms.map(() => none(Float32Array));
+    this.wheels = none(Float32Array); // angles
+    for (const chunk of episode.chunks) this.append(chunk);
+  }
+
+  append(chunk) {
+    const types = { pose: Int16Array, box: Int16Array, gap: Int16Array, command: Int8Array, touch: Uint8Array, rf: Uint8Array, contact: Uint8Array };
+    for (const [name, type] of Object.entries(types)) {
+      this[name] = joined(this[name], new type(bytes(chunk[name]).buffer));
+    }
+    this.terms = this.terms.map((term, k) => joined(term, new Float32Array(bytes(chunk.terms[k]).buffer)));
+    this.steps += chunk.steps;
+    this._turn();
+  }
+
+  /** Add up how far the wheels have turned. */
+  _turn() {
+    const width = 2 * this.robots;
+    const angles = new Float32Array(this.steps * width);
+    const perStep = (this.episode.robot.speed * this.episode.period) / 127;
+    for (let i = width; i < angles.length; i++) angles[i] = angles[i - width] + this.command[i - width] * perStep;
+    this.wheels = angles;
+  }
+
+  get end() {
+    return this.steps * this.episode.period;
+  }
+
+  /** Return the last step before t, and how far t is on the way to the next. */
+  at(t) {
+    const place = clamp(t / this.episode.period, 0, Math.max(this.steps - 1, 0));
+    const step = Math.min(Math.floor(place + 1e-6), Math.max(this.steps - 1, 0));
+    return { step, next: Math.min(step + 1, Math.max(this.steps - 1, 0)), part: clamp(place - step, 0, 1) };
+  }
+
+  _pose(array, from, to, part) {
+    const { position, heading } = this.episode.unit;
+    let turn = (array[to + 2] - array[from + 2]) * heading;
+    if (turn > Math.PI) turn -= 2 * Math.PI;
+    if (turn < -Math.PI) turn += 2 * Math.PI;
+    return [
+      (array[from] + part * (array[to] - array[from])) * position,
+      (array[from + 1] + part * (array[to + 1] - array[from + 1])) * position,
+      array[from + 2] * heading + part * turn,
+    ];
+  }
+
+  /** Return every robot's and the box's x, y, heading at t. */
+  poses(t) {
+    const { step, next, part } = this.at(t);
+    const robots = [];
+    for (let i = 0; i < this.robots; i++) {
+      robots.push(this._pose(this.pose, 3 * (step * this.robots + i), 3 * (next * this.robots + i), part));
+    }
+    return { robots, box: this._pose(this.box, 3 * step, 3 * next, part) };
+  }
+
+  /** Return a wheel's angle; 0 is left, 1 is right. */
+  wheel(at, robot, side) {
+    const width = 2 * this.robots;
+    const from = this.wheels[at.step * width + 2 * robot + side];
+    return from + at.part * (this.wheels[at.next * width + 2 * robot + side] - from);
+  }
+
+  /** Return the signal's strength S, and its share of the way from silence to the strongest. */
+  signal(at, robot) {
+    const [least, most] = this.episode.emitter.strength;
+    const s = (this.rf[at.step * this.robots + robot] / 255) * most;
+    return { s, level: most > least ? clamp((s - least) / (most - least), 0, 1) : 0 };
+  }
+
+  touched(at, robot, sensor) {
+    return this.touch[4 * (at.step * this.robots + robot) + sensor] / 255;
+  }
+}

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What scenes are made of: meshes at places, three.js' shapes that meshcat has no class for, and materials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+from meshcat import transformations as tf
+from meshcat.commands import SetObject, SetTransform
+from meshcat.geometry import Geometry, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial
+from meshcat.path import Path
+
+from swarmevo.protocols import FloatArray
+
+Command = dict[str, Any]
+
+UPRIGHT: Final = tf.rotation_matrix(math.pi / 2, [1, 0, 0])
+"""three.js' cylinders stand along y, ours along z."""
+FLOOR_LAYERS: Final = {
+    "stripe": 0.0004,
+    "grid": 0.0006,
+    "range": 0.0008,
+    "edge": 0.001,
+    "halo": 0.0016,
+}
+"""[m], over the floor."""
+CORE: Final = "#20262b"
+SIGNAL: Final = "#7a5cff"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh at a place in its parent."""
+
+    path: str
+    geometry: Geometry
+    material: MeshPhongMaterial | MeshLambertMaterial | MeshBasicMaterial
+    transform: FloatArray
+    """``(4, 4)``"""
+    shadow: bool = True
+
+    def commands(self) -> Iterator[Command]:
+        """Yield what makes the viewer show it."""
+        mesh = Mesh(self.geometry, self.material)
+        for name, element in {"mesh": mesh, "geometry": mesh.geometry, "material": mesh.material}.items():
+            element.uuid = f"{self.path}:{name}"  # the same page for the same replay, and not the time and this machine
+        yield SetObject(mesh, path=Path(self.path.split("/"))).lower()
+        yield SetTransform(self.transform, Path(self.path.split("/"))).lower()
+        if not self.shadow:
+            for key in ("castShadow", "receiveShadow"):
+                yield {"type": "set_property", "path": f"/{self.path}/<object>", "property": key, "value": False}
+
+
+class Shape(Geometry):  # type: ignore[misc]  # meshcat has no types
+    """A geometry of three.js by its name and parameters."""
+
+    def __init__(self, kind: str, **parameters: Any) -> None:
+        super().__init__()
+        self._data = {"type": kind, **parameters}
+
+    def lower(self, object_data: object) -> dict[str, Any]:
+        """Return it as meshcat sends it."""
+        return {"uuid": self.uuid, **self._data}
+
+
+class Text:
+    """A texture of black text on nothing, in the form that meshcat's viewer draws."""
+
+    def __init__(self, text: str) -> None:
+        self._data = {
+            "uuid": f"text:{text}",
+            "type": "_text",
+            "text": text,
+            "font_size": 150,
+            "font_face": "sans-serif",
+        }
+
+    def lower_in_object(self, object_data: dict[str, Any]) -> str:
+        """Add it to an object that meshcat sends; return its id."""
+        object_data.setdefault("textures", []).append(self._data)
+        return self._data["uuid"]  # type: ignore[return-value]
+
+
+def cylinder(radius: float, height: float, top: float | None = None) -> Shape:
+    """Return a cylinder, or, with another radius at its top, a part of a cone."""
+    return Shape(
+        "CylinderGeometry",
+        radiusTop=radius if top is None else top,
+        radiusBottom=radius,
+        height=height,
+        radialSegments=40,
+    )
+
+
+def tube(inner: float, outer: float, low: float, high: float, yaw: float, half_width: float) -> Shape:
+    """Return the part of an upright pipe that is seen within ``half_width`` [rad] of the bearing ``yaw`` [rad]."""
+    profile = [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)]
+    return Shape(
+        "LatheGeometry",
+        points=[{"x": x, "y": y} for x, y in profile],
+        segments=32,
+        phiStart=yaw - half_width + math.pi / 2,
+        phiLength=2 * half_width,
+    )
+
+
+def sector(inner: float, outer: float, yaw: float, half_width: float) -> Shape:
+    """Return a flat piece of a ring."""
+    return Shape(
+        "RingGeometry",
+        innerRadius=inner,
+        outerRadius=outer,
+        thetaSegments=max(6, math.ceil(half_width * 28)),
+        thetaStart=yaw - half_width,
+        thetaLength=2 * half_width,
+    )
+
+
+def glossy(colour: str, opacity: float = 1.0, **properties: Any) -> MeshPhongMaterial:
+    """Return a material that shines."""
+    return MeshPhongMaterial(
+        color=number(colour), opacity=opacity, **{"shininess": 40, "specular": 0x222222, **properties}
+    )
+
+
+def matt(colour: str) -> MeshLambertMaterial:
+    """Return a material that is lit and does not shine."""
+    return MeshLambertMaterial(color=number(colour))
+
+
+def flat(colour: str, opacity: float = 1.0, map: Text | None = None) -> MeshBasicMaterial:
+    """Return a material of the same colour in any light."""
+    return MeshBasicMaterial(
+        color=number(colour), opacity=opacity, transparent=opacity < 1 or map is not None, map=map, depthWrite=False
+    )
+
+
+def number(colour: str) -> int:
+    """Return ``#rrggbb`` as three.js has it."""
+    return int(colour.removeprefix("#"), 16)
+
+
+def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> FloatArray:
+    """Return the transform ``(4, 4)`` to a place [m]."""
+    place: FloatArray = tf.translation_matrix([x, y, z])
+    return place

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a report shows of a run, as its template takes it: tiles, tables, figures and where it comes from."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from markupsafe import Markup
+
+from swarmevo.analysis import assessment
+from swarmevo.analysis.fronts import FrontPoint
+from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.store import PROVENANCE_FILE, Store
+from swarmevo.views import figures, html, text
+from swarmevo.views.report import tables
+from swarmevo.views.report.run import Run
+from swarmevo.views.report.tables import Table
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A number that stands out."""
+
+    name: str
+    value: str
+    aside: str
+    """A remark."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A drawing and what is said of it."""
+
+    drawing: Markup
+    caption: str
+
+
+@dataclass(frozen=True)
+class Article:
+    """All that is shown of a run."""
+
+    run: Run
+    tiles: list[Tile]
+    individual: bool
+    """Each robot has a genome of its own."""
+    front: Table
+    networks: list[tuple[FrontPoint, Markup]]
+    """Of the points whose controllers are networks."""
+    evolution: list[Figure]
+    behaviour: list[Figure]
+    stale: bool
+    """The run has gone on since its tests."""
+    table_ii: Table | None
+    """None, as those below: the run was not tested."""
+    robustness: Table | None
+    gap: Table | None
+    test_command: str
+    origin: list[tuple[str, str]]
+    """Names and values."""
+    config: str
+    """YAML."""
+
+
+def article(store: Store, run: Run) -> Article:
+    """Return what is shown of a run."""
+    tests = run.tests
+    return Article(
+        run=run,
+        tiles=list(_tiles(run)),
+        individual=store.config.team.has_own_genomes,
+        front=tables.front(run),
+        networks=list(_networks(store, run)),
+        evolution=list(_evolution(store)),
+        behaviour=list(_behaviour(store)),
+        stale=tests is not None and tests.is_stale(store),
+        table_ii=tables.table_ii(tests) if tests else None,
+        robustness=tables.robustness(tests) if tests else None,
+        gap=tables.gap(store.objectives[0], tests) if tests else None,
+        test_command=f"swarmevo test {shlex.quote(str(store.folder))}",
+        origin=_origin(store, run),
+        config=(store.folder / CONFIG_FILE).read_text(encoding="utf-8"),
+    )
+
+
+def _tiles(run: Run) -> Iterator[Tile]:
+    summary, cost = run.summary, run.summary.cost
+    best, first = summary.front[0], summary.objectives[0].name  # the front begins with the best first objective
+    beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
+    aside = ", ".join([f"controller {best.genome}", *beside])
+    yield Tile(f"best {text.words(first)}", text.number(best.objectives[first]), aside)
+    pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
+    aside = f"controller {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
+    yield Tile("box at the wall", text.percent(pusher.push_rate), aside)
+    yield Tile("front", text.count(len(summary.front), "point"), f"over {text.count(len(summary.trials), 'trial')}")
+    volumes = [trial.history[-1].hypervolume for trial in summary.trials]
+    yield Tile("hypervolume", text.number(max(volumes)), f"best of {text.count(len(volumes), 'trial')}")
+    aside = f"in {text.duration(cost.seconds)}: {text.speed(cost)}"
+    yield Tile("simulated", text.duration(cost.simulated_seconds), aside)
+
+
+# ---- figures ---------------------------------------------------------------------------------------------------------
+
+
+def _figure(picture: figures.Picture, caption: str) -> Figure:
+    return Figure(html.drawing(figures.svg(picture)), caption)
+
+
+def _networks(store: Store, run: Run) -> Iterator[tuple[FrontPoint, Markup]]:
+    for point in run.points:
+        if figures.has_network(store.config, store.genome(point.genome)):
+            yield point, html.drawing(figures.svg(figures.network(store, point.genome)))
+
+
+def _evolution(store: Store) -> Iterator[Figure]:
+    yield _figure(figures.hypervolume(store), "Hypervolume over the generations, judged by what was known then.")
+    if len(store.objectives) > 1:
+        caption = "All individuals of one trial over the generations (the paper's Fig. 3)."
+        yield _figure(figures.evolution(store), caption)
+    if len(store.objectives) == 2 and len(store.trials()) > 1:
+        caption = "Attainment: the trade-offs that any, half and all of the trials reached."
+        yield _figure(figures.attainment(store), caption)
+
+
+def _behaviour(store: Store) -> Iterator[Figure]:
+    best, _ = assessment.watched(store)
+    seen = assessment.watch(store, best)
+    yield _figure(
+        figures.paths(seen),
+        f"Paths of controller {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
+        "star and dotted circle: the emitter and its range; green: the target wall.",
+    )
+    yield _figure(
+        figures.occupancy(seen),
+        "Where its robots spend their time. Outlines: the box at the end of each test.",
+    )
+
+
+# ---- where it comes from ---------------------------------------------------------------------------------------------
+
+
+def _origin(store: Store, run: Run) -> list[tuple[str, str]]:
+    cost = run.summary.cost
+    stored: dict[str, Any] = json.loads((store.folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
+    facts = {text.words(key): str(value) for key, value in _flat(stored) if value not in (None, "", [])}
+    spent = f"{text.duration(cost.simulated_seconds)} simulated in {text.duration(cost.seconds)}"
+    facts |= {"cost": f"{text.count(cost.episodes, 'episode')}, {spent}", "physics": text.physics(cost)}
+    return list(facts.items())
+
+
+def _flat(values: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield what is in nested dictionaries, with the keys that lead there."""
+    for key, value in values.items():
+        if isinstance(value, dict):
+            yield from ((f"{key} {inner}", entry) for inner, entry in _flat(value))
+        else:
+            yield key, ", ".join(map(str, value)) if isinstance(value, list) else value

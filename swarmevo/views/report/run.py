@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a report knows of a run: its fronts, its tests and the episodes of its controllers, and the same as JSON."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from swarmevo.analysis import fronts, table_ii
+from swarmevo.analysis.fronts import FrontPoint, Summary
+from swarmevo.analysis.table_ii import Assessment, Tested
+from swarmevo.errors import StoreError
+from swarmevo.runs.store import Store
+from swarmevo.views import text
+from swarmevo.views.replay import data as replay_data
+from swarmevo.views.replay import episode as replay_episode
+
+MOST_REPLAYS: Final = 24
+"""Episodes in a page, of each run: about 0.2 MB each. The front over all trials comes first."""
+_RARE: Final = 0.05
+"""A behaviour that fewer robots show is not told of a controller."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run, its points and their episodes."""
+
+    number: int
+    """In the page."""
+    name: str
+    summary: Summary
+    tests: Assessment | None
+    points: list[FrontPoint]
+    """Of the fronts of all trials."""
+    best: set[tuple[int, int]]
+    """(trial, genome) of those on the front over all trials."""
+    episodes: dict[tuple[int, int], dict[str, Any]]
+    """(trial, genome): an episode for the player."""
+
+    @classmethod
+    def of(cls, store: Store, number: int, observe: Callable[[str], None]) -> Run:
+        """Read a run and simulate its controllers' episodes once more.
+
+        Raises:
+            StoreError: It has no generation yet.
+        """
+        summary = fronts.summarise(store)
+        if not summary.front:
+            raise StoreError(f"{store.folder}: expected at least one generation to report, but none is stored yet")
+        name = store.folder.resolve().name
+        best = {(point.trial, point.genome) for point in summary.front}
+        points = [point for trial in summary.trials for point in trial.front]
+        replayed = sorted(points, key=lambda point: (point.trial, point.genome) not in best)[:MOST_REPLAYS]
+        episodes = {}
+        for i, point in enumerate(replayed, 1):
+            observe(f"{name}: replay {i} of {len(replayed)}")
+            episodes[point.trial, point.genome] = _episode(store, point)
+        return cls(number, name, summary, table_ii.load(store.folder), points, best, episodes)
+
+    def tested(self, point: FrontPoint) -> Tested | None:
+        """Return what the tests say of a point, if it was tested."""
+        controllers = self.tests.controllers if self.tests else []
+        return next((one for one in controllers if (one.trial, one.genome) == (point.trial, point.genome)), None)
+
+
+def _episode(store: Store, point: FrontPoint) -> dict[str, Any]:
+    """Return the last stored episode of a point, simulated once more; where the bits differ it says so itself."""
+    chosen = replay_episode.choose(store, point.genome, point.last_generation)
+    recording, warning = replay_episode.replay(store, chosen, force=True)
+    where = f"trial {point.trial}, generation {chosen.key.generation}"
+    return replay_data.data(recording, f"Controller {point.genome}", where, warning)
+
+
+# ---- for the page's script -------------------------------------------------------------------------------------------
+
+
+def data(store: Store, run: Run) -> dict[str, Any]:
+    """Return what ``report.js`` needs of a run. What all its episodes share is said once."""
+    episodes = list(run.episodes.values())
+    return {
+        "objectives": [
+            {"name": text.words(o.name), "label": text.label(o), "maximise": o.direction == "maximise"}
+            for o in store.objectives
+        ],
+        "points": [_point(store, run, point) for point in run.points],
+        "scene": episodes[0]["scene"] if episodes else [],
+        "episodes": [{key: value for key, value in episode.items() if key != "scene"} for episode in episodes],
+    }
+
+
+def _point(store: Store, run: Run, point: FrontPoint) -> dict[str, Any]:
+    key = point.trial, point.genome
+    return {
+        "trial": point.trial,
+        "genome": point.genome,
+        "values": list(point.objectives.values()),
+        "front": key in run.best,
+        "episode": list(run.episodes).index(key) if key in run.episodes else None,
+        "facts": _facts(store, point, run.tested(point)),
+        "command": f"swarmevo replay {shlex.quote(f'{store.folder}:{point.genome}')}",
+    }
+
+
+def _facts(store: Store, point: FrontPoint, tested: Tested | None) -> list[tuple[str, str]]:
+    """Return what is said of a point beside the chart: names and values."""
+    facts = [(text.words(name), text.number(value)) for name, value in point.objectives.items()]
+    facts += [
+        ("robots at the source", text.rate(point.homing_rate, point.homing_time)),
+        ("box at the wall", text.rate(point.push_rate, point.push_time)),
+        ("judged by", text.count(point.episodes, "episode")),
+        ("lived in", f"trial {point.trial}, generations {point.first_generation} to {point.last_generation}"),
+    ]
+    if tested is not None:
+        first = store.objectives[0].name
+        facts.append((f"{text.words(first)} in fresh tests", text.number(tested.tested[first])))
+        shown = [f"{label} {text.percent(share)}" for label, share in tested.behaviours.items() if share >= _RARE]
+        facts.append(("robots in fresh tests", ", ".join(shown) or "none of section VII's"))
+    return facts

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers, times, rates, counts and names as text: once, for console, report, replays and figures.
+
+A number and its unit stay on one line: between them is a no-break space, and a narrow one between thousands.
+:func:`plain` takes both back for a console, where people search and copy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from datetime import timedelta
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from swarmevo.analysis.fronts import Cost
+    from swarmevo.analysis.table_ii import Outcome, PaperRow
+    from swarmevo.protocols import Objective
+
+_GAP: Final = "\N{NO-BREAK SPACE}"
+_THOUSANDS: Final = "\N{NARROW NO-BREAK SPACE}"
+
+NEVER: Final = "Max"
+"""The paper's word in Table II for a time that was never reached."""
+
+
+# ---- names -----------------------------------------------------------------------------------------------------------
+
+
+def words(name: str) -> str:
+    """Return a name of code as people read it."""
+    return name.replace("_", " ")
+
+
+def label(objective: Objective) -> str:
+    """Return an objective's name as people read it, with the direction that is better."""
+    arrow = "more" if objective.direction == "maximise" else "fewer" if is_count(objective) else "less"
+    return f"{words(objective.name)} ({arrow} is better)"
+
+
+def is_count(objective: Objective) -> bool:
+    """Whether an objective counts things: by its plural."""
+    return objective.name.endswith("s")
+
+
+# ---- numbers ---------------------------------------------------------------------------------------------------------
+
+
+def number(value: float) -> str:
+    """Return a number to four digits."""
+    return f"{value:.4g}"
+
+
+def difference(value: float) -> str:
+    """Return a difference with its sign, to three digits."""
+    return f"{value:+.3g}"
+
+
+def throughput(rate: float, what: str) -> str:
+    """Return how many things are done in a second, to three digits."""
+    return f"{rate:.3g} {what}/s"
+
+
+def percent(share: float) -> str:
+    """Return a share in [0, 1] as whole percents."""
+    return f"{share:.0%}"
+
+
+def grouped(value: float) -> str:
+    """Return a whole number with gaps between thousands."""
+    return f"{value:,.0f}".replace(",", _THOUSANDS)
+
+
+def count(value: int, what: str) -> str:
+    """Return a number of things; ``what`` is the singular of a regular noun."""
+    return f"{grouped(value)} {what}{'s' * (value != 1)}"
+
+
+def plain(text: str) -> str:
+    """Return text as a console has it: ordinary spaces, none between thousands."""
+    return text.replace(_THOUSANDS, "").replace(_GAP, " ")
+
+
+# ---- times -----------------------------------------------------------------------------------------------------------
+
+
+def seconds(time: float) -> str:
+    """Return a time in seconds to a tenth."""
+    return f"{time:.1f}{_GAP}s"
+
+
+def horizon(time: float) -> str:
+    """Return a time in seconds that somebody has set, as it was set."""
+    return f"{time:g}{_GAP}s"
+
+
+def time_taken(time: float | None) -> str:
+    """Return a mean time as Table II has it; None: nobody succeeded."""
+    return NEVER if time is None else seconds(time)
+
+
+def moment(time: float) -> str:
+    """Return when something happened in an episode; NaN: never."""
+    return "never" if math.isnan(time) else f"after {seconds(time)}"
+
+
+def span(times: Sequence[float]) -> str:
+    """Return the first and the last of sorted times."""
+    first, last = seconds(times[0]), seconds(times[-1])
+    return first if first == last else f"{times[0]:.1f} to {last}"
+
+
+def duration(time: float) -> str:
+    """Return a length of time in seconds in the unit that suits it."""
+    if time < 60:
+        return f"{time:.0f}{_GAP}s"
+    if time < 3600:
+        return f"{time / 60:.0f}{_GAP}min"
+    if time < 48 * 3600:
+        return f"{time / 3600:.1f}{_GAP}h"
+    return f"{timedelta(seconds=time) / timedelta(days=1):.1f}{_GAP}days"
+
+
+def clock(time: float) -> str:
+    """Return a length of time in seconds as ``h:mm:ss``: to the second, and of one width while it runs."""
+    return str(timedelta(seconds=round(time)))
+
+
+# ---- results ---------------------------------------------------------------------------------------------------------
+
+
+def rate(share: float, time: float | None) -> str:
+    """Return a share that succeeded, and after which mean time, if any did."""
+    return percent(share) + (f", after {seconds(time)}" if time is not None else "")
+
+
+def outcome(found: Outcome | PaperRow) -> list[str]:
+    """Return what tests gave: share and mean time of the robots at the source, then of the box at the wall."""
+    return [
+        percent(found.homing_rate),
+        time_taken(found.homing_time),
+        percent(found.push_rate),
+        time_taken(found.push_time),
+    ]
+
+
+def speed(cost: Cost) -> str:
+    """Return how fast a run was simulated."""
+    ratio = cost.simulated_seconds / cost.seconds if cost.seconds else 0.0
+    return f"{grouped(ratio)} times real time"
+
+
+def physics(cost: Cost) -> str:
+    """Return what went wrong in a run's episodes, as a list of counts."""
+    counts = [f"{count(cost.ode_messages, 'warning')} of ODE", count(cost.unsolved_steps, "unsolved step")]
+    if cost.faults:
+        counts.append(count(cost.faults, "failed episode"))
+    return ", ".join(counts)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Progress on stderr: bars on a terminal, little or nothing elsewhere."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+
+import pytest
+from rich.console import Console
+
+from swarmevo.views import console
+from swarmevo.views.console import bars
+
+Counter = Callable[[], AbstractContextManager[bars.Observe]]
+
+counters = pytest.mark.parametrize(
+    ("counter", "said"), [(console.tests, "3 of 8 episodes"), (console.evaluations, "3 of 8 evaluations")]
+)
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+    """Return what is written to a terminal in the place of stderr."""
+    written = io.StringIO()
+    monkeypatch.setattr(bars, "_terminal", lambda: Console(file=written, force_terminal=True, width=60))
+    return written
+
+
+@counters
+def test_a_bar_on_a_terminal_counts(counter: Counter, said: str, terminal: io.StringIO) -> None:
+    with counter() as observe:
+        observe(3, 8)
+    assert said in terminal.getvalue()
+    assert "of 100" not in terminal.getvalue()  # before the total is known
+
+
+@counters
+def test_elsewhere_nothing_is_counted(counter: Counter, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with counter() as observe:
+        observe(3, 8)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_frames_on_a_terminal(terminal: io.StringIO) -> None:
+    with console.frames(20) as observe:
+        observe(7)
+    assert "frame 7 of 20" in terminal.getvalue()
+
+
+def test_frames_elsewhere_are_told_now_and_then(capsys: pytest.CaptureFixture[str]) -> None:
+    with console.frames(20) as observe:
+        for done in range(1, 21):
+            observe(done)
+    assert capsys.readouterr().err.splitlines() == [f"frame {done} of 20" for done in (5, 10, 15, 20)]
