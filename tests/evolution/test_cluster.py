@@ -18,6 +18,7 @@ import pytest
 
 from swarmevo import cli
 from swarmevo import config as configuration
+from swarmevo.cli import common
 from swarmevo.config import Config
 from swarmevo.errors import ClusterError, EvaluationError, Interrupted
 from swarmevo.evolution import cluster
@@ -216,7 +217,7 @@ def test_without_a_scheduler_the_run_ends_and_says_how_to_go_on(
     monkeypatch.chdir(tmp_path)
     begin(tmp_path / "run", settings())
     asked = At(25, mortal.kill_scheduler)
-    monkeypatch.setattr(cli._StopOnSignal, "__call__", lambda self: asked())
+    monkeypatch.setattr(common.StopOnSignal, "__call__", lambda self: asked())
     with pytest.raises(SystemExit) as exit:
         cli.main(["resume", "run", "--scheduler", mortal.address])
     assert exit.value.code == 1
