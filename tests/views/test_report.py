@@ -7,6 +7,7 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from browser import Watched, chromium, pixels, watch
 from swarmevo import cli
 from swarmevo.analysis import assessment, fronts
 from swarmevo.errors import StoreError
-from swarmevo.runs.store import PROVENANCE_FILE, Store
+from swarmevo.runs.store import CONFIG_FILE, PROVENANCE_FILE, Store
 from swarmevo.views.report import page as report
 
 ARTEFACTS = os.environ.get("SWARMEVO_ARTEFACTS")
@@ -89,7 +90,9 @@ def test_the_page_tells_where_the_run_comes_from(run: Path, page_file: Path) -> 
     text = page_file.read_text()
     origin = json.loads((run / PROVENANCE_FILE).read_text())
     assert origin["config_sha256"] in text
-    assert "crossover_rate" in text or "optimiser" in text
+    assert f"<dd>{escape(', '.join(origin['plugins']))}</dd>" in text
+    assert f"<dd>{escape(origin['library']['build'])}</dd>" in text
+    assert f"<pre>{escape((run / CONFIG_FILE).read_text())}</pre>" in text
 
 
 def test_the_same_run_gives_the_same_page(run: Path, page_file: Path) -> None:
