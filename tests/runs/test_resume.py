@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 
 import toy_plugins
+from conftest import installer
 from swarmevo import config as configuration
 from swarmevo.errors import ConfigError, Interrupted, StoreError
 from swarmevo.evolution import evaluation, loop
@@ -31,7 +32,7 @@ from swarmevo.runs import provenance, store
 from swarmevo.runs.store import CONFIG_FILE, DATABASE_FILE, Store
 
 BUDGET = {"generations": 6, "population": 6, "trials": 2, "repeats": 2, "seed": 7}
-KILLS = 50
+KILLS = 20
 TABLES = ("run", "genome", "individual", "episode", "optimiser", "in_flight")
 
 Content = dict[str, list[tuple[Any, ...]]]
@@ -110,11 +111,14 @@ def content(folder: Path) -> Content:
         return {table: database.execute(query).fetchall() for table, query in queries.items()}
 
 
-@pytest.fixture
-def whole(tmp_path: Path) -> Content:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Content:
     """What a run that was never interrupted stored."""
-    go_on(start(tmp_path / "whole"))
-    return content(tmp_path / "whole")
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        toy_plugins.install(installer(folder, monkeypatch))
+        go_on(start(folder / "run"))
+    return content(folder / "run")
 
 
 @contextmanager

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sqlite3
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import toy_plugins
+from conftest import Distribution, installer
 from swarmevo import cli
 from swarmevo.errors import Interrupted, StoreError
 from swarmevo.evolution.loop import begin, evolve
@@ -20,14 +21,23 @@ from swarmevo.runs.verification import Difference, Report, verify
 EVALUATIONS = 2 * (4 + 5 + 6)
 
 
-@pytest.fixture(params=["toy_network", "toy_linear"])
-def folder(tmp_path: Path, distribution: Callable[..., Any], request: pytest.FixtureRequest) -> Path:
+@pytest.fixture(scope="module", params=["toy_network", "toy_linear"])
+def finished(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
     """A finished run of a native controller, and of one in Python."""
+    folder = tmp_path_factory.mktemp("finished")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        toy_plugins.install(installer(folder, monkeypatch))
+        begin(folder / "run", toy_plugins.config(controller=request.param))
+        with Store.open(folder / "run", readonly=False) as store:
+            evolve(store, 1, lambda progress: None)
+    return folder / "run"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, distribution: Distribution, finished: Path) -> Path:
+    """A copy of it, to be changed."""
     toy_plugins.install(distribution)
-    begin(tmp_path / "run", toy_plugins.config(controller=request.param))
-    with Store.open(tmp_path / "run", readonly=False) as store:
-        evolve(store, 1, lambda progress: None)
-    return tmp_path / "run"
+    return shutil.copytree(finished, tmp_path / "run")
 
 
 def verified(folder: Path, sample: int | None = None, **options: Any) -> Report:

@@ -410,17 +410,21 @@ def test_bad_calls_are_one_clear_error() -> None:
     assert len(simulate(scene, networks(1), [], cloned(0))) == 0
 
 
-def test_a_thousand_random_episodes_leave_the_world_whole() -> None:
-    n = 1000
-    scene = Scene(Config())
-    episodes = simulate(scene, networks(n), keys(n), cloned(n), threads=2)
-    steps = n * scene.info.control_steps * 2
+def test_random_teams_leave_the_world_whole() -> None:
+    """From anywhere, half of them driven forwards into walls, box and each other; the long way is `make validation`."""
+    n = 600
+    team = Config().team.model_copy(update={"start": "random"})
+    scene = Scene(short(20.0).model_copy(update={"team": team}))
+    policies = networks(n)
+    policies.hidden_output[: n // 2, :, -1] += 4.0
+    episodes = simulate(scene, policies, keys(n), cloned(n), threads=2)
     assert np.all(episodes.status == 0)
+    assert np.ptp(episodes.box_pose[:, 1]) > 0.01  # somebody pushed
     assert episodes.max_penetration.max() < 0.001  # walls, floor, box and robots [m]
     assert episodes.max_lift.max() < 1e-9  # nothing flies [m]
     assert episodes.min_upright.min() > 1 - 1e-9  # nothing falls over
     assert episodes.unsolved_steps.sum() == 0
-    assert episodes.ode_messages.sum() < 10e-6 * steps
+    assert episodes.ode_messages.sum() == 0
     half = 0.5 - 0.09 + 1e-3
     assert np.all(np.abs(episodes.box_pose[:, :2]) < half)
 
