@@ -192,6 +192,16 @@ def test_a_generation_in_which_everything_fails_ends_the_run() -> None:
         evaluate(settings, genomes(settings, n=2, bad=(0, 1)))
 
 
+def test_what_failed_is_not_kept_but_tried_again() -> None:
+    settings = config("moody_network", "raises")
+    tried, kept = genomes(settings), list[evaluation.JobResult]()
+    with Evaluator(settings, 1) as evaluator:
+        found = evaluator.evaluate(tried, 0, 0, keep=lambda result, seconds: kept.append(result))
+    assert len(found.faults) == 2
+    assert kept
+    assert not any(fault for result in kept for fault in result.faults)
+
+
 def test_a_failed_episode_is_recorded_in_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ask = toy_plugins.Search.ask
 

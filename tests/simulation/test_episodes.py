@@ -76,8 +76,8 @@ class Number(NamedTuple):
         return changed(self.section, **{self.name: replaced(default, self.indices)})
 
 
-def numbers_in(annotation: Any, metadata: Sequence[Any], indices: tuple[int, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield indices, type and range of each number in a type; of a list of any length, those of its first entry."""
+def numbers_in(annotation: Any, metadata: Sequence[Any], value: Any, indices: tuple[int, ...] = ()) -> Iterator[Any]:
+    """Yield indices, type and range of each number of ``value``, which is of the type ``annotation``."""
     if get_origin(annotation) is Annotated:
         annotation, *fields = get_args(annotation)
         metadata = [entry for field in fields for entry in field.metadata]
@@ -86,13 +86,14 @@ def numbers_in(annotation: Any, metadata: Sequence[Any], indices: tuple[int, ...
         (high,) = [entry.le for entry in metadata if isinstance(entry, annotated_types.Le)]
         yield indices, annotation, float(low), float(high)
     elif get_origin(annotation) is tuple:
-        for i, entry in enumerate(get_args(annotation)):
-            if entry is not Ellipsis:
-                yield from numbers_in(entry, [], (*indices, i))
+        kinds = get_args(annotation)
+        kinds = kinds[:1] * len(value) if Ellipsis in kinds else kinds
+        for i, (kind, entry) in enumerate(zip(kinds, value, strict=True)):
+            yield from numbers_in(kind, [], entry, (*indices, i))
 
 
-# Rows become poses before the library sees them, and poses and regions must be within the arena.
-NOT_COMPARED = ["team.row_y", "team.row_spacing", "team.start_poses", "team.start_region"]
+# Rows become poses before the library sees them, and regions must be within the arena.
+NOT_COMPARED = ["team.row_y", "team.row_spacing", "team.start_region"]
 NARROWER_IN_THE_LIBRARY = "team.start_jitter[0]"  # up to 1 m
 
 NUMBERS = [
@@ -100,7 +101,7 @@ NUMBERS = [
     for section in (*WORLD, "team")
     for name, field in type(getattr(Config(), section)).model_fields.items()
     if f"{section}.{name}" not in NOT_COMPARED
-    for found in numbers_in(field.annotation, field.metadata)
+    for found in numbers_in(field.annotation, field.metadata, getattr(getattr(Config(), section), name))
 ]
 
 
@@ -112,8 +113,7 @@ def test_every_number_of_the_world_has_its_range_compared() -> None:
 
     sections = [getattr(Config(), section) for section in (*WORLD, "team")]
     there = sum(count(value) for section in sections for _, value in section)
-    repeated = 8 - 1 + 2 * (9 - 1)  # entries of infrared_yaw_deg and infrared_curve but the first
-    assert len(NUMBERS) == there - repeated - 6  # row_y, row_spacing and start_region; there are no start_poses
+    assert len(NUMBERS) == there - 6  # row_y, row_spacing and start_region
 
 
 @pytest.mark.parametrize("number", NUMBERS, ids=str)
