@@ -144,8 +144,9 @@ def exit_code(action: Callable[[], None]) -> int:
 
 def rows(folder: Path) -> int:
     """Return how many episodes are stored or kept."""
-    with Store.open(folder) as opened:
-        return sum(opened._rows(f"SELECT COUNT(*) FROM {name}")[0][0] for name in ("episode", "in_flight"))
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
+        counts = [database.execute(f"SELECT COUNT(*) FROM {name}").fetchone() for name in ("episode", "in_flight")]
+    return sum(count for (count,) in counts)
 
 
 def kill_at_a_random_moment(folder: Path, rng: random.Random) -> bool:
@@ -258,6 +259,13 @@ def test_a_finished_run_is_extended_to_what_a_longer_one_gives(tmp_path: Path, w
         assert long[table] == short[table]
     assert sorted(row[1:] for row in long["genome"]) == sorted(row[1:] for row in short["genome"])
     assert configuration.load(tmp_path / "run" / CONFIG_FILE).evolution.generations == 6
+
+
+def test_an_open_run_knows_its_new_length(tmp_path: Path) -> None:
+    with Store.open(start(tmp_path / "run"), readonly=False) as opened:
+        assert opened.config.evolution.generations == 6
+        extend(opened, "+2")
+        assert opened.config.evolution.generations == 8
 
 
 @pytest.mark.parametrize(
