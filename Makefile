@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each target installs what it needs, then runs.
+#   make dev       install the checkout itself: Python changes act at once, C++ changes after the next make dev
 #   make evolve    a small evolution, to a printed Pareto front and a report to open in a browser
 #   make test      all tests, native ones included
 #   make lint      formatting, types, the direction of imports, declared dependencies
+#   make fix       format Python and C++, and mend what ruff can
 #   make sanitize  the native tests under address, undefined-behaviour and thread sanitizers
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
 #   make validation  measure the physics and write docs/validation.md; half an hour
@@ -10,7 +12,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: evolve test test-native test-python lint sanitize fuzz validation docs clean
+.PHONY: dev evolve test test-native test-python lint fix sanitize fuzz validation docs clean FORCE
 
 PYTHON ?= python3
 VENV := .venv
@@ -24,9 +26,20 @@ LINT_PACKAGES := clang-format
 FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
 
+CPP_FILES := $(wildcard native/include/*.h native/src/* native/reference/* native/tests/* native/fuzz/*.?pp \
+  benchmarks/native/*.cpp benchmarks/peers/*.cpp)
 SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
 
-evolve: $(VENV)/installed
+# What a target needs installed: the extra $(1), or nothing more where the checkout itself is installed.
+needs = $(if $(wildcard $(VENV)/installed-dev),dev,$(VENV)/installed$(1:%=-%))
+
+# pip is needed for a new or moved file, CMake alone for the rest. scikit-build-core's editable.rebuild cannot do it: it
+# rebuilds when a compiled module is imported, and ours is a library that is opened by its path.
+dev: $(VENV)/installed-dev
+	@cmake --build build/dev
+	@cmake --install build/dev --prefix "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')" >build/cmake.log
+
+evolve: $(call needs,)
 	@run=runs/quick-$$(date +%Y%m%d-%H%M%S); \
 	$(BIN)/swarmevo evolve --out $$run; \
 	$(BIN)/swarmevo report $$run
@@ -38,17 +51,23 @@ test-native: build/system-test
 	cmake --build build/native --target native_tests
 	build/native/native_tests
 
-test-python: $(VENV)/installed-test
+test-python: $(call needs,test)
 	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. .
 
-lint: $(VENV)/installed-lint build/system-lint
+lint: $(call needs,lint) build/system-lint
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/deptry swarmevo plugins/swarmevo_paper
-	clang-format --dry-run --Werror native/include/*.h native/src/* native/reference/* native/tests/* native/fuzz/*.?pp \
-	  benchmarks/native/*.cpp benchmarks/peers/*.cpp
+	clang-format --dry-run --Werror $(CPP_FILES)
+
+# It needs no build, so that code which does not compile can be formatted.
+fix: build/system-lint | $(BIN)/python
+	@[ -x $(BIN)/ruff ] || $(BIN)/pip install -q "$$(grep -o 'ruff==[0-9.]*' pyproject.toml)"
+	$(BIN)/ruff check --fix-only .
+	$(BIN)/ruff format .
+	clang-format -i $(CPP_FILES)
 
 sanitize: build/system-test
 	for sanitizer in address,undefined thread; do \
@@ -59,7 +78,7 @@ sanitize: build/system-test
 	done
 
 # What they find beyond native/fuzz/corpus stays in build/fuzz/corpus; an input that fails is left in build/fuzz.
-fuzz: build/system-fuzz $(VENV)/installed-test
+fuzz: build/system-fuzz $(call needs,test)
 	cmake -S . -B build/fuzz -G Ninja -DSWARMEVO_FUZZ=ON -DSWARMEVO_SANITIZE=fuzzer-no-link,address,undefined \
 	  -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo >build/cmake.log || \
 	  { cat build/cmake.log; exit 1; }
@@ -72,10 +91,10 @@ fuzz: build/system-fuzz $(VENV)/installed-test
 	done
 	cd tests && FUZZ_EXAMPLES=1000 ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. test_fuzz.py
 
-validation: $(VENV)/installed-test
+validation: $(call needs,test)
 	$(BIN)/python -m benchmarks.validation
 
-docs: $(VENV)/installed-docs
+docs: $(call needs,docs)
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
 
@@ -108,3 +127,14 @@ $(BIN)/python: | build/system
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
 	$(BIN)/pip install -q ".$(if $*,[$(patsubst -%,%,$*)])"
 	touch $@
+
+# The stamps of the other installations go: there is one swarmevo in .venv.
+$(VENV)/installed-dev: pyproject.toml CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
+	$(BIN)/pip install -q -e ".[test,lint,docs]" --config-settings=build-dir=build/dev
+	rm -f $(VENV)/installed*
+	touch $@
+
+build/python-files: FORCE
+	@mkdir -p build
+	@find swarmevo plugins/swarmevo_paper -name '*.py' | sort | cmp -s - $@ || \
+	  find swarmevo plugins/swarmevo_paper -name '*.py' | sort >$@

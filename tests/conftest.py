@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import functools
+import sys
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from importlib import metadata
 from pathlib import Path
 
 import hypothesis
@@ -16,17 +19,32 @@ hypothesis.settings.load_profile("untimed")
 Distribution = Callable[..., Path]
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _entry_points_are_read_once() -> Iterator[None]:
+    """Remember what is installed on each path: a run asks thirty times, and reading it takes most of a small run."""
+    read = functools.lru_cache(maxsize=4)(lambda path: unpatched())
+    unpatched = metadata.entry_points
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(metadata, "entry_points", lambda **chosen: read(tuple(sys.path)).select(**chosen))
+        yield
+
+
 @pytest.fixture
 def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
-    """Return a function that installs a distribution for the length of a test, as pip would.
+    """Return a function that installs a distribution for the length of a test; see :func:`installer`."""
+    return installer(tmp_path, monkeypatch)
+
+
+def installer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
+    """Return a function that installs a distribution, as pip would, until ``monkeypatch`` is undone.
 
     ``distribution(name, version, {group: {plugin: target}}, **modules)`` writes each module's source beside the
-    metadata and puts the folder on the path.
+    metadata into ``folder`` and puts that on the path.
     """
 
     def install(name: str, version: str, groups: Mapping[str, Mapping[str, str]], **modules: str) -> Path:
-        folder = tmp_path / "site-packages" / name
-        info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+        site = folder / "site-packages" / name
+        info = site / f"{name.replace('-', '_')}-{version}.dist-info"
         info.mkdir(parents=True)
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
         lines = [
@@ -35,8 +53,8 @@ def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distributio
         ]
         (info / "entry_points.txt").write_text("\n".join(lines))
         for module, source in modules.items():
-            (folder / f"{module}.py").write_text(textwrap.dedent(source))
-        monkeypatch.syspath_prepend(str(folder))
-        return folder
+            (site / f"{module}.py").write_text(textwrap.dedent(source))
+        monkeypatch.syspath_prepend(str(site))
+        return site
 
     return install

@@ -109,7 +109,7 @@ def verify(
             wanted = np.isin(stored.episodes.individual, individuals)
             known = stored.episodes.only(~wanted)
             again = evaluator.evaluate(stored.genomes, trial, number, stop, known).episodes
-            differences += _compare(store, (trial, number), stored.episodes, again)
+            differences += _compare(store, (trial, number), stored.episodes, again, wanted)
             done, episodes = done + len(individuals), episodes + int(wanted.sum())
             observe(done, len(chosen))
         now = origin_of(config, evaluator)
@@ -152,9 +152,11 @@ def _by_generation(places: Sequence[Place]) -> dict[tuple[int, int], list[int]]:
 # ---- what differs, and why -------------------------------------------------------------------------------------------
 
 
-def _compare(store: Store, place: tuple[int, int], stored: Results, again: Results) -> Iterator[Difference]:
+def _compare(
+    store: Store, place: tuple[int, int], stored: Results, again: Results, wanted: BoolArray
+) -> Iterator[Difference]:
     genomes, sessions = store.genome_ids(*place), store.sessions(*place).ravel()
-    for i in range(len(stored)):
+    for i in np.flatnonzero(wanted).tolist():
         if what := tuple(_differing(store.objectives, stored, again, i)):
             individual, repeat = int(stored.individual[i]), int(stored.repeat[i])
             yield Difference(*place, individual, repeat, int(genomes[individual]), int(sessions[i]), what)

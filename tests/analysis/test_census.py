@@ -81,6 +81,11 @@ def test_static_near_wall(seen: Episode, expected: bool) -> None:
 PAIR = (circle(*FAR, 0.05), circle(*FAR, 0.05, phase=np.pi))
 
 
+def slow_pair(speed: float) -> tuple[FloatArray, FloatArray]:
+    """Two that follow each other in a wide circle, with ``speed`` [rad/s]."""
+    return circle(*FAR, 0.2, speed=speed), circle(*FAR, 0.2, phase=0.5, speed=speed)
+
+
 @pytest.mark.parametrize(
     ("seen", "expected"),
     [
@@ -91,6 +96,11 @@ PAIR = (circle(*FAR, 0.05), circle(*FAR, 0.05, phase=np.pi))
         (episode(circle(*FAR, 0.001), circle(*FAR, 0.001)), False),  # spinning on the spot
         (episode(*PAIR, touch=1.0), False),  # at the box
         (episode(*(np.where(TIME[:, None] < 8, way, way[-1]) for way in PAIR)), False),  # too short
+        (episode(*PAIR, touch=np.where(TIME < 10.0, 0.0, 1.0)), True),
+        (episode(*PAIR, touch=np.where(TIME < 9.85, 0.0, 1.0)), False),  # a step too short
+        (episode(*slow_pair(0.11)), True),
+        (episode(*slow_pair(0.1)), False),  # 6.0 rad: not quite a turn
+        (episode(circle(*FAR, 0.1), circle(*FAR, 0.1, phase=np.pi)), False),  # about one place, but 20 cm apart
     ],
 )
 def test_circling_together(seen: Episode, expected: bool) -> None:
@@ -120,6 +130,7 @@ def test_stopped_for_robot(seen: Episode, expected: bool) -> None:
         (episode(still(*HOME), still(*FAR), homing=(5, np.nan), touch=HALF_TIME), False),  # it pushed
         (episode(drive(HOME, FAR, 10), still(*FAR), homing=(0.1, np.nan)), False),  # it left
         (episode(still(*HOME), still(*FAR)), False),  # nobody counted it as home
+        (episode(drive(HOME, FAR, 40), still(*FAR), homing=(50, np.nan)), False),  # it was there before, not after
     ],
 )
 def test_homed_without_pushing(seen: Episode, expected: bool) -> None:
@@ -132,6 +143,8 @@ def test_homed_without_pushing(seen: Episode, expected: bool) -> None:
         (episode(still(*FAR), still(*HOME), touch=HALF_TIME), True),
         (episode(still(*HOME), still(*FAR), touch=HALF_TIME), False),  # within the signal
         (episode(still(*FAR), still(*HOME), touch=np.where(TIME < 0.5, 1.0, 0.0)), False),  # only brushed it
+        (episode(still(*FAR), still(*HOME), touch=HALF_TIME, command=0.12), True),
+        (episode(still(*FAR), still(*HOME), touch=HALF_TIME, command=0.08), False),  # hardly drove
         (episode(still(*FAR), still(*HOME), touch=HALF_TIME, command=-1.0), False),  # drove backwards
     ],
 )
@@ -159,6 +172,14 @@ def test_a_missing_channel_is_named() -> None:
     telemetry = Telemetry(PERIOD, np.zeros((1, 2)), np.zeros(1), pose=np.zeros((1, 9, 2, 3)))
     with pytest.raises(ValueError, match="missing are command, touch"):
         census.census(CONFIG, telemetry)
+
+
+def test_moving_is_a_speed_whatever_the_period() -> None:
+    slow = CONFIG.model_copy(update={"episode": CONFIG.episode.model_copy(update={"control_period": 2.0})})
+    pose = np.zeros((9, 2, 3))
+    pose[:, 0, 0], pose[:, 1, 0] = 0.018 * np.arange(9), 0.022 * np.arange(9)  # 9 and 11 mm/s
+    seen = Episode(slow, pose, np.zeros((9, 2, 2)), np.zeros((9, 2, 4)), np.full(2, np.nan))
+    assert seen.moves[:-1].tolist() == [[False, True]] * 8
 
 
 def test_an_episode_may_be_shorter_than_a_second() -> None:

@@ -2,7 +2,10 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Callable, Generator, Sequence
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -17,6 +20,7 @@ from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
 from swarmevo.evolution.jobs import Job, run_job
 from swarmevo.evolution.results import Results, joined
 from swarmevo.plugins.checked import TeamController
+from swarmevo.plugins.team import never
 from swarmevo.protocols import Compiled, FloatArray, Objective
 from toy_plugins import HIDDEN
 
@@ -141,6 +145,75 @@ def _run_in_jobs(config: Config, genomes: FloatArray, length: int) -> Results:
         job = Job(individuals, genomes[list(individuals)], episodes)
         results.append(run_job(config.model_dump_json(), job))
     return joined(results[::-1])
+
+
+@pytest.mark.parametrize("controller", ["toy_network", "toy_linear"])
+@pytest.mark.parametrize("known", [[0], [3, 4, 5], [0, 8, 9, 11], [*range(11)], [*range(12)]])
+def test_what_is_known_is_not_run_again_and_changes_nothing(controller: str, known: list[int]) -> None:
+    """Of a controller in Python a job is run as a whole, or not at all."""
+    config = toy_plugins.config(controller=controller)
+    genomes = genomes_for(config, 6)
+    kept: list[Results] = []
+    with Evaluator(config, 1) as evaluator:
+        whole = evaluator.evaluate(genomes, 0, 0, keep=lambda result, seconds: kept.append(result))
+        everything = joined(kept)
+        kept.clear()
+        given = everything.only(np.isin(np.arange(12), known))
+        again = evaluator.evaluate(genomes, 0, 0, known=given, keep=lambda result, seconds: kept.append(result))
+    assert_same(whole, again)
+    ran = {place for result in kept for place in (2 * result.individual + result.repeat).tolist()}
+    if controller == "toy_network":
+        assert ran == set(range(12)) - set(known)
+    else:
+        assert ran == {place for job in (range(8), range(8, 12)) if not set(job) <= set(known) for place in job}
+
+
+def test_a_mean_has_the_same_bits_for_any_number_of_individuals() -> None:
+    values = np.random.default_rng(0).standard_normal((5, 300, 1))
+    means = evaluation.mean_over_repeats(values)
+    assert means[:, 0].tolist() == [reduce(add, one) / 300 for one in values[:, :, 0].tolist()]
+    assert all(evaluation.mean_over_repeats(values[i : i + 1]) == means[i] for i in range(5))
+
+
+def test_a_fitness_cannot_change_what_the_next_one_sees(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = toy_plugins.config()
+    genomes = genomes_for(config, 3)
+    sound = evaluate(config, genomes)
+    judge = toy_plugins.Travel.evaluate
+
+    def judge_and_spoil(self: Any, telemetry: Any, given: FloatArray, controller: Any) -> FloatArray:
+        found: FloatArray = judge(self, telemetry, given, controller)
+        given[:] = -1.0  # all switches off
+        return found
+
+    monkeypatch.setattr(toy_plugins.Travel, "evaluate", judge_and_spoil)
+    assert sound.objectives[..., 2].any()
+    assert_same(sound, evaluate(config, genomes))
+
+
+def test_a_backend_that_is_closed_has_nothing_running(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = toy_plugins.config()
+    genome = genomes_for(config, 1)
+    jobs = [Job((0,), genome, (simulation.EpisodeKey(7, 0, 0, i),)) for i in range(2)]
+    began, ended = threading.Event(), threading.Event()
+
+    def run(config_json: str, job: Job, cancelled: Callable[[], bool]) -> Results:
+        if job.episodes[0].repeat == 1:
+            began.set()
+            while not cancelled():
+                began.wait(0.001)
+            threading.Event().wait(0.05)  # it does not end at once
+            ended.set()
+        return run_job(config_json, job)
+
+    monkeypatch.setattr(threads, "run_job", run)
+    backend = threads.ThreadBackend(config.model_dump_json(), 2)
+    results = backend.run(jobs, never)
+    next(results)
+    assert began.wait(60)
+    results.close()
+    assert ended.is_set()
+    backend.close()
 
 
 def test_a_job_is_a_pure_function() -> None:

@@ -21,6 +21,7 @@ from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
 from swarmevo.evolution import evaluation, processes
 from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.results import Results
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
@@ -109,6 +110,13 @@ MOODS = [("raises", "raised KeyError"), ("nan", "nan|not finite|refused")]
 LIMIT = 0.5  # [s]
 
 
+def children() -> set[int]:
+    """Return the processes that this one has started and that still run."""
+    tasks = Path(f"/proc/{os.getpid()}/task").iterdir()
+    found = {int(pid) for task in tasks for pid in (task / "children").read_text().split()}
+    return {pid for pid in found if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"}
+
+
 def assert_only_the_bad_one_failed(found: evaluation.Evaluation, sound: evaluation.Evaluation, told: str) -> None:
     assert set(found.episodes.failures) == {(2, 0), (2, 1)}
     for (individual, repeat), reason in found.episodes.failures.items():
@@ -180,15 +188,26 @@ def test_a_hanging_episode_can_be_stopped() -> None:
     settings = config("moody_network", "hangs", timeout=1e6)
     tried = genomes(settings, bad=(3,))
     answers = iter([False, True])
+    before = children()
     with Evaluator(settings, 1) as evaluator, pytest.raises(Interrupted):
         evaluator.evaluate(tried, 0, 0, lambda: next(answers))
-    assert not processes._idle
+    assert children() <= before
 
 
 def test_a_generation_in_which_everything_fails_ends_the_run() -> None:
     settings = config("moody_network", "raises")
     with pytest.raises(EvaluationError, match=r"every episode of the generation failed; the first: controller\.moody"):
         evaluate(settings, genomes(settings, n=2, bad=(0, 1)))
+
+
+def test_what_failed_is_not_kept_but_tried_again() -> None:
+    settings = config("moody_network", "raises")
+    tried, kept = genomes(settings), list[Results]()
+    with Evaluator(settings, 1) as evaluator:
+        found = evaluator.evaluate(tried, 0, 0, keep=lambda result, seconds: kept.append(result))
+    assert len(found.faults) == 2
+    assert kept
+    assert not any(fault for result in kept for fault in result.faults)
 
 
 def test_a_failed_episode_is_recorded_in_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,9 +253,11 @@ def test_calls_share_a_process_until_it_is_lost() -> None:
     assert call(os.getpid) == first
     with pytest.raises(processes.Lost, match="ended its process: exit code 3"):
         call(os._exit, 3)
-    assert call(os.getpid) != first
+    second = call(os.getpid)
+    assert second != first
+    assert second in children()
     processes.dismiss()
-    assert not processes._idle
+    assert second not in children()
 
 
 def test_a_child_does_not_outlive_its_parent() -> None:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import toy_plugins
+from conftest import installer
 from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, EvaluationError, Interrupted, PluginError, StoreError
@@ -72,11 +73,14 @@ def content(folder: Path) -> dict[str, list[tuple[Any, ...]]]:
         return {table: database.execute(query).fetchall() for table, query in queries.items()}
 
 
-@pytest.fixture
-def whole(tmp_path: Path) -> dict[str, list[tuple[Any, ...]]]:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[tuple[Any, ...]]]:
     """What a run that was never interrupted stored."""
-    run(tmp_path / "whole")
-    return content(tmp_path / "whole")
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        toy_plugins.install(installer(folder, monkeypatch))
+        run(folder / "run")
+    return content(folder / "run")
 
 
 # ---- a run -----------------------------------------------------------------------------------------------------------
@@ -205,10 +209,11 @@ def test_a_run_that_was_killed_goes_on_as_if_it_had_not_been(
 
 
 def test_a_finished_run_is_left_alone(tmp_path: Path, whole: dict[str, list[tuple[Any, ...]]]) -> None:
+    run(tmp_path / "run")
     seen: list[Progress] = []
-    run(tmp_path / "whole", observe=seen.append)
+    run(tmp_path / "run", observe=seen.append)
     assert seen == []
-    assert content(tmp_path / "whole") == whole
+    assert content(tmp_path / "run") == whole
 
 
 def test_two_processes_cannot_evolve_one_run(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import toy_plugins
+from conftest import installer
 from swarmevo import cli, simulation
 from swarmevo import config as configuration
 from swarmevo.config import Config
@@ -46,9 +47,17 @@ def run(folder: Path, config: Config) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("finished")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        toy_plugins.install(installer(folder, monkeypatch))
+        return run(folder / "run", toy_plugins.config())
+
+
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    return run(tmp_path / "run", toy_plugins.config())
+def folder(tmp_path: Path, finished: Path) -> Path:
+    return shutil.copytree(finished, tmp_path / "run")
 
 
 # ---- episodes --------------------------------------------------------------------------------------------------------

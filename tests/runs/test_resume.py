@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 
 import toy_plugins
+from conftest import installer
 from swarmevo import config as configuration
 from swarmevo.errors import ConfigError, Interrupted, StoreError
 from swarmevo.evolution import threads
@@ -38,7 +39,7 @@ from swarmevo.runs.reader import CONFIG_FILE
 from swarmevo.runs.store import Store
 
 BUDGET = {"generations": 6, "population": 6, "trials": 2, "repeats": 2, "seed": 7}
-KILLS = 50
+KILLS = 20
 TABLES = ("run", "genome", "individual", "episode", "optimiser", "in_flight")
 
 Content = dict[str, list[tuple[Any, ...]]]
@@ -117,11 +118,14 @@ def content(folder: Path) -> Content:
         return {table: database.execute(query).fetchall() for table, query in queries.items()}
 
 
-@pytest.fixture
-def whole(tmp_path: Path) -> Content:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Content:
     """What a run that was never interrupted stored."""
-    go_on(start(tmp_path / "whole"))
-    return content(tmp_path / "whole")
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        toy_plugins.install(installer(folder, monkeypatch))
+        go_on(start(folder / "run"))
+    return content(folder / "run")
 
 
 @contextmanager
@@ -147,8 +151,9 @@ def exit_code(action: Callable[[], None]) -> int:
 
 def rows(folder: Path) -> int:
     """Return how many episodes are stored or kept."""
-    with Store.open(folder) as opened:
-        return sum(opened._rows(f"SELECT COUNT(*) FROM {name}")[0][0] for name in ("episode", "in_flight"))
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
+        counts = [database.execute(f"SELECT COUNT(*) FROM {name}").fetchone() for name in ("episode", "in_flight")]
+    return sum(count for (count,) in counts)
 
 
 def kill_at_a_random_moment(folder: Path, rng: random.Random) -> bool:
@@ -261,6 +266,13 @@ def test_a_finished_run_is_extended_to_what_a_longer_one_gives(tmp_path: Path, w
         assert long[table] == short[table]
     assert sorted(row[1:] for row in long["genome"]) == sorted(row[1:] for row in short["genome"])
     assert configuration.load(tmp_path / "run" / CONFIG_FILE).evolution.generations == 6
+
+
+def test_an_open_run_knows_its_new_length(tmp_path: Path) -> None:
+    with Store.open(start(tmp_path / "run"), readonly=False) as opened:
+        assert opened.config.evolution.generations == 6
+        extend(opened, "+2")
+        assert opened.config.evolution.generations == 8
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import signal
 import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,33 @@ def assert_equal(a: Generation, b: Generation) -> None:
 def store(tmp_path: Path) -> Iterator[Store]:
     with make(tmp_path / "run") as store:
         yield store
+
+
+Connections = list[sqlite3.Connection]
+
+
+def remember_connections(monkeypatch: pytest.MonkeyPatch) -> Connections:
+    """Return a list that gets each connection to a database which is made from now on."""
+    made: Connections = []
+    connect = sqlite3.connect
+
+    def connect_and_remember(*arguments: Any, **options: Any) -> sqlite3.Connection:
+        made.append(connect(*arguments, **options))
+        return made[-1]
+
+    monkeypatch.setattr(sqlite3, "connect", connect_and_remember)
+    return made
+
+
+@pytest.fixture
+def connections(monkeypatch: pytest.MonkeyPatch) -> Connections:
+    """The connections that a test makes; to be named before ``store``, whose own is the last one then."""
+    return remember_connections(monkeypatch)
+
+
+def dump(folder: Path) -> list[str]:
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
+        return list(database.iterdump())
 
 
 def in_child(action: Callable[[], None]) -> int:
@@ -163,23 +191,60 @@ def test_a_generation_is_stored_as_a_whole_or_not_at_all(store: Store) -> None:
     first, bad = generation(), generation(seed=1)
     bad.episodes.grid("objective")[-1, -1, -1] = np.nan
     store.append(0, 0, first, encode_state({"after": 0}))
-    before = list(store._database.iterdump())
+    before = dump(store.folder)
     with pytest.raises(StoreError, match=r"NOT NULL constraint failed: episode\.objective_1"):
         store.append(0, 1, bad, encode_state({"after": 1}))
-    assert list(store._database.iterdump()) == before
+    assert dump(store.folder) == before
     store.append(0, 1, generation(seed=1), encode_state({"after": 1}))
 
 
-def test_a_generation_is_stored_without_reading_all_before_it(store: Store) -> None:
-    """Else each would cost more the longer the run is."""
+@contextmanager
+def traced(database: sqlite3.Connection) -> Iterator[list[str]]:
+    """Collect the statements that are executed."""
     statements: list[str] = []
-    store._database.set_trace_callback(statements.append)
-    store.append(0, 0, generation(), encode_state({}))
-    store._database.set_trace_callback(None)
+    database.set_trace_callback(statements.append)
+    yield statements
+    database.set_trace_callback(None)
+
+
+def test_a_generation_is_stored_without_reading_all_before_it(connections: Connections, store: Store) -> None:
+    """Else each would cost more the longer the run is."""
+    database = connections[-1]
+    with traced(database) as statements:
+        store.append(0, 0, generation(), encode_state({}))
     written = [s for s in statements if s.startswith(("INSERT", "UPDATE", "DELETE", "REPLACE"))]
-    plans = [row[3] for s in written for row in store._database.execute(f"EXPLAIN QUERY PLAN {s}")]
+    plans = [row[3] for s in written for row in database.execute(f"EXPLAIN QUERY PLAN {s}")]
     assert any("SEARCH episode" in plan for plan in plans)
     assert not any(plan.startswith("SCAN") and "in_flight" not in plan for plan in plans)
+
+
+def test_a_generation_survives_a_power_failure_and_what_is_kept_need_not(
+    connections: Connections, store: Store
+) -> None:
+    first = generation()
+    with traced(connections[-1]) as statements:
+        store.keep(0, 0, first.genomes, first.episodes)
+        store.append(0, 0, first, "{}")
+    assert [s.split(" = ")[1] for s in statements if s.startswith("PRAGMA synchronous")] == ["NORMAL", "FULL"]
+
+
+def test_episodes_are_kept_of_the_next_generation_only(store: Store) -> None:
+    store.append(0, 0, generation(), "{}")
+    for number in (0, 2):
+        with pytest.raises(StoreError, match=f"expected generation 1 of trial 0, got {number}"):
+            store.keep(0, number, generation().genomes, generation().episodes)
+
+
+def test_a_kept_episode_stays_its_session_s_unless_it_ran_again(store: Store) -> None:
+    kept = generation()
+    store.keep(0, 0, kept.genomes, kept.episodes)
+    store.begin_session({"made": "elsewhere"})
+    again = dataclasses.replace(kept.episodes, values={**kept.episodes.values, "hash": kept.episodes["hash"].copy()})
+    again.grid("hash")[2, 1] += np.uint64(1)
+    store.append(0, 0, Generation(kept.genomes, again), "{}")
+    expected = np.ones((4, 2), dtype=int)
+    expected[2, 1] = 2
+    assert store.sessions(0, 0).tolist() == expected.tolist()
 
 
 def test_what_is_not_stored_is_an_error(store: Store) -> None:
@@ -287,16 +352,21 @@ def test_a_killed_writer_keeps_nobody_out(tmp_path: Path) -> None:
         writer.append(0, 1, generation(seed=1), "{}")
 
 
-def test_a_writer_killed_within_a_transaction_leaves_the_one_before(tmp_path: Path) -> None:
+def test_a_writer_killed_within_a_transaction_leaves_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = tmp_path / "run"
 
+    def die_in_the_end(statement: str) -> None:
+        if statement.startswith("REPLACE INTO optimiser"):
+            os.kill(os.getpid(), signal.SIGKILL)
+
     def die_while_writing() -> None:
+        connections = remember_connections(monkeypatch)
         with make(folder) as store:
             store.append(0, 0, generation(), encode_state({"after": 0}))
-            with store._transaction():
-                store._database.execute("INSERT INTO generation VALUES (0, 1, 1.0, 'now')")
-                store._insert_individuals(0, 1, generation(5000, seed=1).genomes)
-                os.kill(os.getpid(), signal.SIGKILL)
+            connections[-1].set_trace_callback(die_in_the_end)
+            store.append(0, 1, generation(5000, seed=1), encode_state({"after": 1}))
 
     assert in_child(die_while_writing) == -signal.SIGKILL
     with Store.open(folder, readonly=False) as store:
@@ -317,10 +387,10 @@ def test_the_lock_of_a_file_that_was_removed_is_not_taken(store: Store) -> None:
     os.close(stale)
 
 
-def test_readers_and_the_writer_do_not_wait_for_each_other(store: Store) -> None:
+def test_readers_and_the_writer_do_not_wait_for_each_other(connections: Connections, store: Store) -> None:
     store.append(0, 0, generation(), "{}")
     with Store.open(store.folder) as reader:
-        cursor = reader._database.execute("SELECT * FROM episode")
+        cursor = connections[-1].execute("SELECT * FROM episode")
         cursor.fetchone()  # the reader is in the middle of its reading
         store.append(0, 1, generation(seed=1), "{}")
         assert len(cursor.fetchall()) == 7  # and sees what was there when it began
@@ -422,13 +492,14 @@ def test_a_run_whose_configuration_was_changed_can_be_read_but_not_continued(fol
         assert store.generations(0) == 3
 
 
-def test_a_full_disk_costs_one_generation(store: Store) -> None:
+def test_a_full_disk_costs_one_generation(connections: Connections, store: Store) -> None:
     store.append(0, 0, generation(), "{}")
-    (pages,) = store._database.execute("PRAGMA page_count").fetchone()
-    store._database.execute(f"PRAGMA max_page_count = {pages}")
+    disk = connections[-1]
+    (pages,) = disk.execute("PRAGMA page_count").fetchone()
+    disk.execute(f"PRAGMA max_page_count = {pages}")
     with pytest.raises(StoreError, match="the disk is full; free some space, then go on"):
         store.append(0, 1, generation(500, seed=1), "{}")
-    store._database.execute("PRAGMA max_page_count = 1000000")
+    disk.execute("PRAGMA max_page_count = 1000000")
     assert store.generations(0) == 1
     store.append(0, 1, generation(500, seed=1), "{}")
 

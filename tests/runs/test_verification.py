@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sqlite3
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import toy_plugins
+from conftest import Distribution, installer
 from swarmevo import cli
 from swarmevo.errors import Interrupted, StoreError
 from swarmevo.runs.database import DATABASE_FILE
@@ -22,14 +23,23 @@ from swarmevo.runs.verification import Difference, Report, verify
 EVALUATIONS = 2 * (4 + 5 + 6)
 
 
-@pytest.fixture(params=["toy_network", "toy_linear"])
-def folder(tmp_path: Path, distribution: Callable[..., Any], request: pytest.FixtureRequest) -> Path:
+@pytest.fixture(scope="module", params=["toy_network", "toy_linear"])
+def finished(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
     """A finished run of a native controller, and of one in Python."""
+    folder = tmp_path_factory.mktemp("finished")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        toy_plugins.install(installer(folder, monkeypatch))
+        begin(folder / "run", toy_plugins.config(controller=request.param))
+        with Store.open(folder / "run", readonly=False) as store:
+            evolve(store, 1, lambda progress: None)
+    return folder / "run"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, distribution: Distribution, finished: Path) -> Path:
+    """A copy of it, to be changed."""
     toy_plugins.install(distribution)
-    begin(tmp_path / "run", toy_plugins.config(controller=request.param))
-    with Store.open(tmp_path / "run", readonly=False) as store:
-        evolve(store, 1, lambda progress: None)
-    return tmp_path / "run"
+    return shutil.copytree(finished, tmp_path / "run")
 
 
 def verified(folder: Path, sample: int | None = None, **options: Any) -> Report:
@@ -59,6 +69,13 @@ def test_a_sample_is_of_its_size(folder: Path, sample: int) -> None:
     assert report.episodes == 2 * report.checked
 
 
+@pytest.mark.parametrize("left_out", [0, 1])
+def test_a_sample_is_what_is_simulated(folder: Path, left_out: int) -> None:
+    change(folder, "UPDATE episode SET hash = hash + 1")
+    report = verified(folder, EVALUATIONS - left_out)
+    assert len(report.differences) == report.episodes == 2 * (EVALUATIONS - left_out)
+
+
 WHERE = "WHERE trial = 1 AND generation = 2 AND individual = 3 AND repeat = 1"
 
 
@@ -84,6 +101,20 @@ def test_what_was_changed_is_found(folder: Path, change_to: str, what: tuple[str
     assert not report.is_sound
 
 
+def test_a_difference_knows_its_session(folder: Path) -> None:
+    change(folder, "INSERT INTO session SELECT 2, provenance FROM session")
+    change(folder, f"UPDATE episode SET hash = 1, session = 2 {WHERE}")
+    report = verified(folder)
+    assert [difference.session for difference in report.differences] == [2]
+    assert [line.partition(":")[0] for line in report.explanations] == ["session 2"]
+
+
+def test_plugins_that_measure_something_else_are_refused(folder: Path) -> None:
+    change(folder, "UPDATE objective SET high = high + 1 WHERE number = 0")
+    with pytest.raises(StoreError, match="install the versions of the plugins that the run began with"):
+        verified(folder)
+
+
 def test_a_changed_genome_is_found(folder: Path) -> None:
     with Store.open(folder) as store:
         genome = int(store.genome_ids(0, 1)[2])
@@ -98,7 +129,7 @@ def test_a_changed_genome_is_found(folder: Path) -> None:
 def test_what_has_changed_since_explains_differences(folder: Path) -> None:
     origin = json.loads((folder / "provenance.json").read_text())
     origin["cpu"], origin["numpy"], origin["created"] = "Another CPU", "0.9", "long ago"
-    origin["library"]["build"] = "swarmevo 0.0.1"
+    origin["library"] |= {"build": "swarmevo 0.0.1", "path": "elsewhere"}  # where it lies changes no result
     change(folder, "UPDATE session SET provenance = ?", json.dumps(origin))
     assert verified(folder).explanations == ()  # nothing differs, nothing is to be explained
     change(folder, f"UPDATE episode SET hash = 1 {WHERE}")

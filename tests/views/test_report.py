@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,7 @@ def test_a_runs_text_cannot_become_markup(page_file: Path) -> None:
 def test_text_of_a_strangers_run_cannot_become_markup(run: Path, tmp_path: Path) -> None:
     evil = "<img src=x onerror=alert(1)>"
     folder = shutil.copytree(run, tmp_path / evil)
-    tests = folder / assessment.FILE
+    tests = folder / table_ii.FILE
     tests.write_text(tests.read_text().replace('"no noise"', f'"{evil}"').replace("static near a wall", evil))
     origin = folder / PROVENANCE_FILE
     origin.write_text(json.dumps(json.loads(origin.read_text()) | {"cpu": evil, evil: [evil]}))
@@ -107,7 +108,9 @@ def test_the_page_tells_where_the_run_comes_from(run: Path, page_file: Path) -> 
     text = page_file.read_text()
     origin = json.loads((run / PROVENANCE_FILE).read_text())
     assert origin["config_sha256"] in text
-    assert "crossover_rate" in text or "optimiser" in text
+    assert f"<dd>{escape(', '.join(origin['plugins']))}</dd>" in text
+    assert f"<dd>{escape(origin['library']['build'])}</dd>" in text
+    assert f"<pre>{escape((run / CONFIG_FILE).read_text())}</pre>" in text
 
 
 def test_the_same_run_gives_the_same_page(run: Path, page_file: Path) -> None:

@@ -8,10 +8,10 @@ from dataclasses import asdict
 
 import pytest
 
-from swarmevo.analysis.assessment import PAPER
 from swarmevo.analysis.fronts import Cost
+from swarmevo.analysis.table_ii import PAPER
 from swarmevo.protocols import Objective
-from swarmevo.runs.store import Totals
+from swarmevo.runs.records import Totals
 from swarmevo.views import text
 
 MINUTE, HOUR, DAY = 60, 3600, 24 * 3600

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command line: what is printed where, exit codes, interruption, and that errors leave nothing behind."""
+"""Evolving and going on: what is printed where, interruption, and that errors leave nothing behind."""
 
 from __future__ import annotations
 
-import json
 import os
 import pty
 import re
@@ -13,99 +12,16 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 
-import swarmevo
-from swarmevo import cli, plugins, simulation
+from cli.conftest import SMALL, Swarmevo, files
 from swarmevo.evolution.loop import Progress
 from swarmevo.runs.store import Store
-from swarmevo.views import console, doctor
-
-SMALL = "episode: {horizon: 1}\nevolution: {population: 4, generations: 2, trials: 2, repeats: 1}\n"
-
-
-class Outcome(NamedTuple):
-    code: int
-    out: str
-    err: str
-
-    @property
-    def errors(self) -> list[str]:
-        return [line.removeprefix("error: ") for line in self.err.splitlines() if line.startswith("error: ")]
-
-
-Swarmevo = Callable[..., Outcome]
-
-
-@pytest.fixture
-def swarmevo_(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Swarmevo:
-    """Run ``swarmevo ARGUMENTS`` in a folder that holds nothing but ``small.yaml``."""
-    monkeypatch.chdir(tmp_path)
-    Path("small.yaml").write_text(SMALL)
-
-    def run(*arguments: object) -> Outcome:
-        with pytest.raises(SystemExit) as exit:
-            cli.main([str(argument) for argument in arguments])
-        code = exit.value.code
-        assert code is None or isinstance(code, int)
-        return Outcome(code or 0, *capsys.readouterr())
-
-    return run
-
-
-def files() -> set[str]:
-    return {str(path) for path in Path().rglob("*")}
-
-
-# ---- the program -----------------------------------------------------------------------------------------------------
-
-
-def test_help_imports_nothing_heavy() -> None:
-    code = (
-        "import sys\nfrom swarmevo.cli import main\n"
-        "try: main(['--help'])\n"
-        "finally: print(*(set('numpy pydantic moocore cffi yaml matplotlib'.split()) & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "evolve" in done.stdout
-    assert done.stdout.splitlines()[-1] == ""
-
-
-def test_version(swarmevo_: Swarmevo) -> None:
-    assert swarmevo_("--version").out == f"swarmevo {swarmevo.__version__}\n"
-    assert swarmevo.__version__ == metadata.version("swarmevo")
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["evolv"],
-        ["evolve", "--sed", "1"],
-        ["evolve", "--seed", "x"],
-        ["show"],
-        ["show", "nowhere"],
-        ["resume", "nowhere"],
-    ],
-)
-def test_wrong_usage(swarmevo_: Swarmevo, arguments: list[str]) -> None:
-    done = swarmevo_(*arguments)
-    assert done.code == 2
-    assert done.out == ""
-    assert done.err
-
-
-def test_module_and_script_are_the_same() -> None:
-    done = subprocess.run([sys.executable, "-m", "swarmevo", "--version"], capture_output=True, text=True, check=True)
-    assert done.stdout == f"swarmevo {swarmevo.__version__}\n"
-
-
-# ---- evolve ----------------------------------------------------------------------------------------------------------
+from swarmevo.views import console
 
 
 def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swarmevo) -> None:
@@ -152,13 +68,6 @@ def test_a_run_folder_is_never_overwritten(swarmevo_: Swarmevo) -> None:
     assert done.code == 2
     assert done.errors == ["--out run: exists already and is never overwritten; choose another name"]
     assert files() == {"small.yaml", "run"}
-
-
-@pytest.mark.parametrize("workers", ["0", "-1", "many", "1.5", "10000"])
-def test_wrong_workers(swarmevo_: Swarmevo, workers: str) -> None:
-    done = swarmevo_("evolve", "small.yaml", f"--workers={workers}")
-    assert done.code == 2
-    assert done.errors == [f"--workers: expected auto or a whole number from 1 to 9999, got {workers!r}"]
 
 
 def test_dry_run_forecasts_and_writes_nothing(swarmevo_: Swarmevo) -> None:
@@ -319,91 +228,8 @@ def test_plain_lines_on_a_dumb_terminal(tmp_path: Path) -> None:
     assert "trial 2/2, generation 2/2: best box_pushing" in err
 
 
-# ---- show ------------------------------------------------------------------------------------------------------------
-
-
-def test_show_as_json(swarmevo_: Swarmevo) -> None:
-    swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
-    done = swarmevo_("show", "run", "--json")
-    summary = json.loads(done.out)
-    assert summary["seed"] == 1
-    assert summary["complete"] is True
-    assert [len(trial["history"]) for trial in summary["trials"]] == [2, 2]
-    assert all(step["hypervolume"] >= 0 for trial in summary["trials"] for step in trial["history"])
-    assert set(summary["front"][0]["objectives"]) == {"box_pushing", "hidden_neurons"}
-    assert summary["cost"]["episodes"] == 16
-
-
-def test_show_of_what_is_no_run(swarmevo_: Swarmevo) -> None:
-    Path("empty").mkdir()
-    done = swarmevo_("show", "empty")
-    assert (done.code, done.out) == (1, "")
-    assert done.errors == ["empty: expected a run folder, but there is no run.sqlite in it"]
-
-
-@pytest.mark.parametrize(
-    ("values", "line"),
-    [
-        ([1.0], "▁"),
-        ([0.0, 7.0], "▁█"),
-        ([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], "▁▂▃▄▅▆▇█"),
-        ([3.0, 3.0], "▁▁"),
-    ],
-)
-def test_sparkline(values: list[float], line: str) -> None:
-    assert console.sparkline(values) == line
-
-
-def test_a_long_sparkline_keeps_its_ends() -> None:
-    line = console.sparkline(np.linspace(0, 1, 1000).tolist())
-    assert len(line) == 60
-    assert (line[0], line[-1]) == ("▁", "█")
-
-
-# ---- plugins and doctor ----------------------------------------------------------------------------------------------
-
-
-def test_plugins_lists_them(swarmevo_: Swarmevo) -> None:
-    done = swarmevo_("plugins")
-    assert done.code == 0
-    assert re.search(rf"optimiser +pde +swarmevo {re.escape(swarmevo.__version__)} +swarmevo_paper\.pde:PDE", done.out)
-
-
-def test_plugins_check(swarmevo_: Swarmevo, distribution: Callable[..., Path]) -> None:
-    sound = swarmevo_("plugins", "check", "pde")
-    assert sound.code == 0
-    assert "crossover_rate: float = 0.7" in sound.out
-    distribution("wrecks", "1", {"swarmevo.fitness": {"wreck": "wreck:Wreck"}}, wreck="import nowhere_to_be_found")
-    assert swarmevo_("plugins").code == 0
-    broken = swarmevo_("plugins", "check", "wreck")
-    assert broken.code == 1
-    assert "No module named 'nowhere_to_be_found'" in broken.out
-    unknown = swarmevo_("plugins", "check", "wrek")
-    assert (unknown.code, unknown.errors) == (2, ["wrek: no such plugin; did you mean wreck?"])
-
-
-def test_doctor_finds_nothing(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "_sources", lambda checkout: [])  # somebody may be working on them
-    done = swarmevo_("doctor")
-    assert done.code == 0
-    assert {line[:4] for line in done.out.splitlines()} == {"ok  "}
-    assert "ODE" in done.out
-
-
-def test_doctor_says_what_to_do(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail() -> None:
-        raise simulation.SimulatorError("the assertion was not caught")
-
-    monkeypatch.setattr(simulation, "selftest", fail)
-    monkeypatch.setattr(plugins, "discover", list)
-    done = swarmevo_("doctor")
-    assert done.code == 1
-    assert "FAIL  ODE: SimulatorError: the assertion was not caught" in done.out
-    assert "FAIL  optimiser pde: not installed" in done.out
-    assert "what to do: reinstall swarmevo" in done.out
-
-
 # ---- bad configurations ----------------------------------------------------------------------------------------------
+
 
 # What the file says: the places that the errors must name, all of them and no other. Errors about where things stand
 # come from the library, those about options from the plugins.

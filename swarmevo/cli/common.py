@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the verbs share: the application, exit codes, errors as single lines, types of arguments, signals.
+
+Data goes to stdout, progress and errors to stderr. Exit codes: 0 done, 1 failed, 2 usage or configuration, 130
+interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, NoReturn
+
+import typer
+
+from swarmevo import __version__
+from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
+
+FAILED = 1
+USAGE = 2
+INTERRUPTED = 130
+
+_LARGEST_TEAM = 64
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,  # plain help needs no rich, whose import alone would take half of the time there is
+    pretty_exceptions_enable=False,
+    help="Evolve controllers for swarms of simulated robots, with several objectives at once.",
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run ``swarmevo``; exits."""
+    given = sys.argv[1:] if arguments is None else arguments
+    try:
+        app(args=_repeat_set(given), prog_name="swarmevo")
+    except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
+        exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
+    raise SystemExit(0)
+
+
+def _repeat_set(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with ``--set a.b=1 c.d=2`` spelled as ``--set a.b=1 --set c.d=2``."""
+    spelled: list[str] = []
+    setting = False
+    for argument in arguments:
+        follows = setting and bool(re.match(r"\w+(\.\w+)+=", argument))
+        spelled += ["--set", argument] if follows and spelled[-1] != "--set" else [argument]
+        setting = argument == "--set" or follows
+    return spelled
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"swarmevo {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options_of_all(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+# ---- errors ----------------------------------------------------------------------------------------------------------
+
+
+def exit_with(code: int, *errors: str) -> NoReturn:
+    """Print each error as a line of its own and exit."""
+    for error in errors:
+        print(f"error: {error}", file=sys.stderr)
+    raise SystemExit(code)
+
+
+@contextmanager
+def writing(file: Path | None) -> Iterator[None]:
+    """Exit with one line if what is written here, by default ``file``, cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        exit_with(FAILED, f"{error.filename or file}: {error.strerror or error}")
+
+
+# ---- arguments -------------------------------------------------------------------------------------------------------
+
+Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", exists=True, file_okay=False)]
+Workers = Annotated[str, typer.Option(metavar="auto|N", help="Episodes at once; auto: one for each core.")]
+OtherWorld = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="In another world than that of the run."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Everything, as JSON.")]
+
+
+def worker_count(text: str) -> int:
+    """Return the number of threads that ``--workers`` asks for."""
+    if text == "auto":
+        return len(os.sched_getaffinity(0))
+    if not re.fullmatch(r"[1-9][0-9]{0,3}", text):
+        exit_with(USAGE, f"--workers: expected auto or a whole number from 1 to 9999, got {text!r}")
+    return int(text)
+
+
+def team_sizes(text: str, most: int = _LARGEST_TEAM) -> list[int]:
+    """Return the sizes that ``--robots 3`` or ``--robots 1-5`` names; there may be at most ``most``."""
+    match = re.fullmatch(r"([1-9]\d?)(?:-([1-9]\d?))?", text)
+    sizes = list(range(int(match[1]), int(match[2] or match[1]) + 1)) if match else []
+    if not sizes or sizes[-1] > _LARGEST_TEAM or len(sizes) > most:
+        limit = f"up to {most} sizes" if most < _LARGEST_TEAM else "several"
+        exit_with(
+            USAGE, f"--robots: expected a team size from 1 to {_LARGEST_TEAM}, or {limit} as in 1-5, got {text!r}"
+        )
+    return sizes
+
+
+# ---- signals ---------------------------------------------------------------------------------------------------------
+
+
+class StopOnSignal:
+    """Whether Ctrl-C or SIGTERM asked to stop. The second signal acts as if nobody listened."""
+
+    def __init__(self) -> None:
+        self._wanted = self._said = False
+
+    def __enter__(self) -> StopOnSignal:
+        self._before = {
+            number: signal.signal(number, self._note)
+            for number in (signal.SIGINT, signal.SIGTERM)
+            if signal.getsignal(number) is not signal.SIG_IGN  # as nohup and background jobs have it
+        }
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self._wanted = True
+        self.__exit__()
+
+    def __call__(self) -> bool:
+        """Return whether to stop; the first time that it is so, say it."""
+        if self._wanted and not self._said:
+            self._said = True
+            print("stopping; once more to stop at once", file=sys.stderr)
+        return self._wanted
+
+
+@contextmanager
+def interruptible(consequence: str = "") -> Iterator[StopOnSignal]:
+    """Yield what says whether to stop; once it has stopped, say so and what follows, and exit."""
+    try:
+        with StopOnSignal() as stop:
+            yield stop
+    except (Interrupted, KeyboardInterrupt):
+        print(f"interrupted; {consequence}" if consequence else "interrupted", file=sys.stderr)
+        raise SystemExit(INTERRUPTED) from None

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo evolve`` and ``swarmevo resume``."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, worker_count
+
+if TYPE_CHECKING:
+    from swarmevo.config import Config
+    from swarmevo.evolution.threads import MakeBackend
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Of a Dask cluster to run on, such as tcp://host:8786.", show_default=False),
+]
+
+
+@app.command()
+def evolve(
+    config: Annotated[
+        str | None, typer.Argument(metavar="CONFIG", help="A YAML file, or quick (the default) or paper.")
+    ] = None,
+    plugin: Annotated[str | None, typer.Option(metavar="NAME", help="The optimiser.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Of everything random; drawn if not given.")] = None,
+    trials: Annotated[int | None, typer.Option(metavar="N", help="Independent evolutions.")] = None,
+    workers: Workers = "auto",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Override the configuration; value in YAML."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="The run folder to make.", show_default=False)] = None,
+    scheduler: Scheduler = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check everything, forecast the cost, write nothing.")
+    ] = False,
+) -> None:
+    """Evolve controllers and print the Pareto front."""
+    count = worker_count(workers)
+    if out is not None and out.exists():
+        exit_with(USAGE, f"--out {out}: exists already and is never overwritten; choose another name")
+    given = {"optimiser": plugin and json.dumps(plugin), "evolution.seed": seed, "evolution.trials": trials}
+    overrides = [f"{key}={value}" for key, value in given.items() if value is not None] + (settings or [])
+    chosen = _checked(config, overrides)
+    if dry_run:
+        _forecast(chosen, count)
+        return
+
+    from swarmevo.runs import driver
+
+    folder = out or Path("runs") / _run_name(config, chosen)
+    driver.begin(folder, chosen)
+    print(f"run {folder}, seed {chosen.evolution.seed}", file=sys.stderr)
+    _go_on(folder, count, scheduler)
+
+
+@app.command()
+def resume(
+    run: Run,
+    workers: Workers = "auto",
+    generations: Annotated[
+        str | None, typer.Option(metavar="+N|N", help="Make the run longer: so many generations more, or in all.")
+    ] = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Go on with an interrupted or finished run; the result is that of a run never interrupted."""
+    count = worker_count(workers)
+    if generations is not None:
+        _extend(run, generations)
+    _go_on(run, count, scheduler)
+
+
+def _checked(source: str | None, overrides: Sequence[str]) -> Config:
+    """Return the configuration with a seed, after every check there is."""
+    from swarmevo import config, plugins, simulation
+
+    def errors(found: Config) -> list[str]:
+        return simulation.scene_errors(found) + plugins.option_errors(found)
+
+    return config.seeded(config.load(source, overrides, errors))
+
+
+def _run_name(source: str | None, config: Config) -> str:
+    from datetime import datetime
+
+    return f"{Path(source or 'quick').stem}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
+
+
+def _forecast(config: Config, workers: int) -> None:
+    from swarmevo.analysis import fronts
+    from swarmevo.evolution import loop
+    from swarmevo.evolution.evaluation import Evaluator
+    from swarmevo.views import console
+
+    loop.rehearse(config)
+    with Evaluator(config, workers) as evaluator:
+        console.show_forecast(fronts.forecast(config, evaluator, workers))
+
+
+def _extend(folder: Path, generations: str) -> None:
+    from swarmevo.runs import driver
+    from swarmevo.runs.store import Store
+
+    with Store.open(folder, readonly=False) as store:
+        total = driver.extend(store, generations)
+    print(f"{folder}: {total} generations in each trial", file=sys.stderr)
+
+
+def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
+    """Bring a run to its end and show it; when that fails, say how to go on."""
+    from swarmevo.analysis import fronts
+    from swarmevo.runs import driver
+    from swarmevo.runs.store import Store
+    from swarmevo.views import console
+
+    how = f"go on with: swarmevo resume {shlex.quote(str(folder))}"
+    if scheduler:
+        how += f" --scheduler {shlex.quote(scheduler)}"
+    with Store.open(folder, readonly=False) as store:
+        try:
+            with interruptible(how) as stop, console.progress(*fronts.generations(store)) as observe:
+                driver.evolve(store, workers, observe, stop, _backend(scheduler))
+        except Exception:
+            if store.trials() or scheduler:
+                print(how, file=sys.stderr)
+            raise
+        console.show_run(fronts.summarise(store))
+
+
+def _backend(scheduler: str | None) -> MakeBackend:
+    """Return where episodes run: here, or on a cluster."""
+    from swarmevo.evolution.threads import ThreadBackend
+
+    if scheduler is None:
+        return ThreadBackend
+    from swarmevo.evolution import cluster
+
+    return cluster.backend(scheduler, lambda line: print(line, file=sys.stderr, flush=True))

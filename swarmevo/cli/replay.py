@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo replay``."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, team_sizes, writing
+
+_SIDE_BY_SIDE = 8  # replays in a page
+
+
+@app.command()
+def replay(
+    run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder and an individual; else its best.")],
+    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
+    video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
+    serve: Annotated[bool, typer.Option("--serve", help="Serve the page on this machine.")] = False,
+    live: Annotated[bool, typer.Option("--live", help="Serve episodes that are simulated while they play.")] = False,
+    generation: Annotated[int | None, typer.Option(metavar="N", help="Of the episode; else the last one.")] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Of the episode.")] = 0,
+    robots: Annotated[str | None, typer.Option(metavar="N|N-M", help="Teams of these sizes, side by side.")] = None,
+    settings: OtherWorld = None,
+    speed: Annotated[float, typer.Option(metavar="X", help="Of the video: times real time.", min=0.1, max=100)] = 8.0,
+    seconds: Annotated[str | None, typer.Option(metavar="FROM-TO", help="Of the episode, in the video.")] = None,
+    port: Annotated[int, typer.Option(metavar="N", help="To serve on; 0: any.", min=0, max=65535)] = 8000,
+    force: Annotated[bool, typer.Option("--force", help="Show a trajectory other than the stored one too.")] = False,
+) -> None:
+    """Simulate an individual's stored episode once more and show it in 3-D."""
+    from swarmevo.runs import other_world
+    from swarmevo.runs.store import Store
+    from swarmevo.views.replay import episode as replay_episode
+    from swarmevo.views.replay import page as replay_page
+
+    folder, genome = _run_and_individual(run)
+    sizes = [] if robots is None else team_sizes(robots, _SIDE_BY_SIDE)
+    span = _seconds(seconds)
+    if live:
+        with Store.open(folder) as store:
+            replay_episode.choose(store, genome)  # else the page alone would say that there is none
+            other_world.load(store, settings or [])
+        _serve(replay_page.render([], f"{folder.name}, live", live=True), port, folder, genome, settings or [])
+        return
+    if video:
+        from swarmevo.views.replay import video as replay_video
+
+        replay_video.check(video)
+    with Store.open(folder) as store:
+        chosen = replay_episode.choose(store, genome, generation, repeat)
+        episodes, warning = replay_episode.episodes(store, chosen, sizes, force, settings or [])
+    if warning:
+        print(f"warning: {warning}", file=sys.stderr)
+    page = replay_page.render(episodes, f"{folder.name}, individual {chosen.genome}")
+    if html or not (video or serve):
+        name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
+        _write_page(html or folder / name, page)
+    if video:
+        _film(video, page, speed, span or (0.0, episodes[0]["horizon"]))
+    if serve:
+        _serve(page, port)
+
+
+def _run_and_individual(text: str) -> tuple[Path, int | None]:
+    folder, _, individual = text.rpartition(":")
+    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,18}", individual):
+        return Path(folder), int(individual)
+    return Path(text), None
+
+
+def _seconds(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)-(\d+(?:\.\d+)?)", text)
+    if not match or float(match[1]) >= float(match[2]):
+        exit_with(USAGE, f"--seconds: expected a span such as 10-40, got {text!r}")
+    return float(match[1]), float(match[2])
+
+
+def _write_page(file: Path, page: str) -> None:
+    with writing(file):
+        file.write_text(page, encoding="utf-8")
+    print(file)
+
+
+def _film(file: Path, page: str, speed: float, span: tuple[float, float]) -> None:
+    from swarmevo.views import console
+    from swarmevo.views.replay import video as replay_video
+
+    film = replay_video.Film(*span, speed=speed)
+    with console.frames(len(film.times())) as observe:
+        replay_video.write(file, page, film, observe)
+    print(file)
+
+
+def _serve(
+    page: str, port: int, folder: Path | None = None, genome: int | None = None, settings: Sequence[str] = ()
+) -> None:
+    """Serve a page, and, of a run's folder, live episodes, until Ctrl-C."""
+    from swarmevo.views.replay import server as replay_server
+
+    episode = replay_server.live_episodes(folder, genome, settings) if folder else None
+    with replay_server.server(page, port, episode) as server:
+        print(replay_server.hint(server.server_port), file=sys.stderr)
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()

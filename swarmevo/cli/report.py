@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo report``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarmevo.cli.common import USAGE, app, exit_with, writing
+
+
+@app.command()
+def report(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.", exists=True, file_okay=False)],
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Default: report.html in the run folder.", show_default=False)
+    ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Also write the figures as PDF and PNG.", show_default=False)
+    ] = None,
+) -> None:
+    """Write one HTML page about runs, with replays to click on; it needs no network."""
+    from swarmevo.views.report import page as report
+
+    if html is None and len(runs) > 1:
+        exit_with(USAGE, "--html: expected a file for the report of several runs, got none")
+    with writing(html):
+        file = report.write(runs, html or runs[0] / report.FILE, lambda what: print(what, file=sys.stderr))
+        written = [file, *(report.write_figures(runs, figures) if figures else [])]
+    for path in written:
+        print(path)

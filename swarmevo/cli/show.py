@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo show``."""
+
+from __future__ import annotations
+
+from swarmevo.cli.common import AsJson, Run, app
+
+
+@app.command()
+def show(run: Run, as_json: AsJson = False) -> None:
+    """Print a run's fronts, its hypervolume and its cost so far."""
+    from swarmevo.analysis import fronts
+    from swarmevo.runs.store import Store
+    from swarmevo.views import console
+
+    with Store.open(run) as store:
+        summary = fronts.summarise(store)
+    if as_json:
+        console.show_json(summary)
+    else:
+        console.show_run(summary)

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo verify``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from swarmevo.cli.common import FAILED, AsJson, Run, Workers, app, interruptible, worker_count
+
+
+@app.command()
+def verify(
+    run: Run,
+    sample: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Only so many evaluations, drawn at random.")
+    ] = None,
+    workers: Workers = "auto",
+    as_json: AsJson = False,
+) -> None:
+    """Simulate a run's evaluations anew; say what differs from what is stored, and why. Exit code 1: something does."""
+    from swarmevo.runs import verification
+    from swarmevo.runs.store import Store
+    from swarmevo.views import console
+
+    count = worker_count(workers)
+    with Store.open(run) as store, interruptible() as stop, console.evaluations() as observe:
+        report = verification.verify(store, count, sample, observe, stop)
+    console.show_verification(report, as_json)
+    if not report.is_sound:
+        raise SystemExit(FAILED)
