@@ -9,7 +9,7 @@
  *   - Outputs come first, then the object, then inputs. The caller owns every buffer; arrays are flat, row-major.
  *   - Every fallible function returns swe_status. On failure swe_error_message() holds one line for the calling thread.
  *   - swe_<struct>_init fills a struct with "not set" (NaN, -1, NULL): a field left so is an error that names it. The
- *     library has no defaults; they are the caller's. No channel of swe_telemetry is wanted after its init.
+ *     library has no defaults; they are the caller's.
  *   - A scene is immutable and may be shared by threads. A batch belongs to one thread at a time.
  */
 #ifndef SWARMEVO_H
@@ -27,7 +27,7 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 2
+#define SWE_ABI_VERSION 3
 
 #define SWE_INFRARED_SENSORS 8
 #define SWE_TOUCH_SENSORS 4
@@ -56,9 +56,9 @@ uint32_t swe_abi_version(void);
 /* Release, compiler, ODE and Eigen versions and the beginning of a hash of the sources, in one line. */
 const char* swe_build_info(void);
 
-/* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_telemetry, in this
- * order: a caller compiled against another header finds out before anything goes wrong. */
-#define SWE_LAYOUT_SIZES 6
+/* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_channel_info,
+ * swe_channel, in this order: a caller compiled against another header finds out before anything goes wrong. */
+#define SWE_LAYOUT_SIZES 7
 void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]);
 
 /* Provokes an assertion inside ODE. A sound library returns SWE_PHYSICS_ERROR; nothing else is touched. */
@@ -259,24 +259,23 @@ typedef struct swe_outcome {
     double min_upright;      /* smallest cosine of any body's tilt; below 0.5 a robot has fallen */
 } swe_outcome;
 
+/* What can be recorded of an episode, at each control step, before the command acts. docs/channels.md says what each
+ * channel means; the table is the library's, so that a caller can compare it with its own. */
+typedef struct swe_channel_info {
+    const char* name;  /* valid as long as the library */
+    int32_t per_robot; /* 1: values of each robot; 0: of the world */
+    uint32_t width;    /* values, of each robot or of the world */
+} swe_channel_info;
+
+uint32_t swe_channel_count(void);
+swe_status swe_channel_describe(swe_channel_info* info, uint32_t channel); /* below swe_channel_count() */
+
+/* A channel that is wanted, and where to. */
 typedef struct swe_channel {
-    double* data;  /* NULL: not wanted */
-    size_t length; /* in doubles; must be exact */
+    const char* name;
+    double* values; /* (episodes, control steps, robots, width), without robots where the channel is of the world */
+    size_t length;  /* in doubles; must be exact */
 } swe_channel;
-
-/* Recorded at each control step, before the command acts. First axis: episodes; second: control steps. */
-typedef struct swe_telemetry {
-    uint32_t struct_size;
-    swe_channel pose;        /* (..., robots, 3): x, y, heading in [-pi, pi] */
-    swe_channel command;     /* (..., robots, SWE_COMMANDS), clipped, without noise */
-    swe_channel infrared;    /* (..., robots, SWE_INFRARED_SENSORS) */
-    swe_channel touch;       /* (..., robots, SWE_TOUCH_SENSORS) */
-    swe_channel rf;          /* (..., robots): S */
-    swe_channel box;         /* (..., 3): x, y, heading */
-    swe_channel box_contact; /* (...): 1 where the box touches the target wall, else 0 */
-} swe_telemetry;
-
-void swe_telemetry_init(swe_telemetry* telemetry);
 
 typedef struct swe_batch swe_batch;
 
@@ -287,19 +286,20 @@ void swe_batch_destroy(swe_batch* batch);
  * threads, in any order or division into calls.
  *   outcomes       n
  *   homing_times   (n, robots): first time a robot's centre is within the emitter's range [s]; NaN: never
- *   telemetry      NULL: none
+ *   channels       n_channels of them; NULL and 0: none
  *   robot_policies (n, robots): index into policies
  * An episode that fails leaves its reason in its outcome and in swe_batch_episode_message; the call returns SWE_OK. */
-swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_telemetry* telemetry, swe_batch* batch,
-                         const swe_episode* episodes, size_t n, const swe_policy* policies, size_t n_policies,
-                         const uint32_t* robot_policies);
+swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_channel* channels, size_t n_channels,
+                         swe_batch* batch, const swe_episode* episodes, size_t n, const swe_policy* policies,
+                         size_t n_policies, const uint32_t* robot_policies);
 
 /* "" or why episode i of the last run or lockstep failed. */
 const char* swe_batch_episode_message(const swe_batch* batch, size_t episode);
 
 /* Lockstep, for controllers outside the library: begin, then as often as there are control steps observe and advance,
- * then end. Telemetry buffers must outlive the end. A failed episode stands still and observes zeros. */
-swe_status swe_lockstep_begin(swe_batch* batch, const swe_telemetry* telemetry, const swe_episode* episodes, size_t n);
+ * then end. The channels' buffers must outlive the end. A failed episode stands still and observes zeros. */
+swe_status swe_lockstep_begin(swe_batch* batch, const swe_channel* channels, size_t n_channels,
+                              const swe_episode* episodes, size_t n);
 swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);   /* (n, robots, 13) */
 swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length); /* (n, robots, 2) */
 swe_status swe_lockstep_end(swe_outcome* outcomes, double* homing_times, swe_batch* batch);

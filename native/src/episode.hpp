@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "channels.hpp"
 #include "rng.hpp"
 #include "scene.hpp"
 #include "sensors.hpp"
@@ -11,22 +12,10 @@
 
 namespace swarmevo {
 
-// Where one episode writes its telemetry: a pointer for each channel, null if not wanted.
-struct Recorder {
-    double *pose = nullptr, *command = nullptr, *infrared = nullptr, *touch = nullptr, *rf = nullptr, *box = nullptr,
-           *box_contact = nullptr;
-};
-
-// Doubles that one episode writes into each channel.
-struct RecordSizes {
-    std::size_t pose, command, infrared, touch, rf, box, box_contact;
-};
-RecordSizes record_sizes(const Scene& scene);
-
 class Episode {
   public:
     // Throws Error if the robots cannot be placed.
-    Episode(const Scene& scene, const EpisodeKey& key, const Recorder& recorder);
+    Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder);
 
     bool done() const { return step_ == scene_.control_steps; }
 
@@ -42,7 +31,7 @@ class Episode {
 
   private:
     void look_around();
-    void record(const double* commands);
+    void record();
 
     const Scene& scene_;
     const EpisodeKey key_;
@@ -51,7 +40,7 @@ class Episode {
     unsigned step_ = 0;
 
     Snapshot now_;
-    bool box_touches_wall_ = false;
+    bool box_touches_target_ = false;
     std::vector<double> observations_, strengths_, clipped_, homing_times_;
     double push_time_;
     std::uint64_t hash_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <doctest/doctest.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,9 @@ struct Handles {
         swe_batch_destroy(batch);
     }
 
-    swe_status run(const swe_telemetry* telemetry = nullptr) {
-        return swe_batch_run(&outcome, homing, telemetry, batch, &episode, 1, &policy, 1, drivers.data());
+    swe_status run(const std::vector<swe_channel>& channels = {}) {
+        return swe_batch_run(&outcome, homing, channels.data(), channels.size(), batch, &episode, 1, &policy, 1,
+                             drivers.data());
     }
 };
 
@@ -57,6 +59,21 @@ TEST_CASE("the library tells what it is") {
     CHECK(complains("bad world argument"));
 }
 
+TEST_CASE("channels are told by number") {
+    swe_channel_info info;
+    std::vector<std::string> names;
+    for (std::uint32_t i = 0; i < swe_channel_count(); ++i) {
+        REQUIRE(swe_channel_describe(&info, i) == SWE_OK);
+        CHECK(info.width >= 1);
+        names.push_back(info.name);
+    }
+    CHECK(names.front() == "pose");
+    CHECK(std::set<std::string>(names.begin(), names.end()).size() == names.size());
+    CHECK(swe_channel_describe(&info, swe_channel_count()) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("channel: expected a number below"));
+    CHECK(swe_channel_describe(nullptr, 0) == SWE_INVALID_ARGUMENT);
+}
+
 TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
     Handles handles;
     swe_scene* scene = nullptr;
@@ -65,11 +82,11 @@ TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
     CHECK(complains("config"));
     CHECK(swe_batch_create(nullptr, handles.scene, 1) == SWE_INVALID_ARGUMENT);
     CHECK(swe_batch_create(&handles.batch, nullptr, 1) == SWE_INVALID_ARGUMENT);
-    CHECK(swe_batch_run(nullptr, handles.homing, nullptr, handles.batch, &handles.episode, 1, &handles.policy, 1,
+    CHECK(swe_batch_run(nullptr, handles.homing, nullptr, 0, handles.batch, &handles.episode, 1, &handles.policy, 1,
                         handles.drivers.data()) == SWE_INVALID_ARGUMENT);
-    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, nullptr, &handles.episode, 1, &handles.policy, 1,
+    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, 0, nullptr, &handles.episode, 1, &handles.policy, 1,
                         handles.drivers.data()) == SWE_INVALID_ARGUMENT);
-    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, handles.batch, &handles.episode, 1, nullptr, 0,
+    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, 0, handles.batch, &handles.episode, 1, nullptr, 0,
                         handles.drivers.data()) == SWE_INVALID_ARGUMENT);
     CHECK(swe_networks_policies(nullptr, 0, nullptr) == SWE_INVALID_ARGUMENT);
     swe_scene_destroy(nullptr);
@@ -82,14 +99,15 @@ TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
 
 TEST_CASE("wrong sizes and indices are refused before anything runs") {
     Handles handles;
-    swe_telemetry telemetry;
-    swe_telemetry_init(&telemetry);
     std::vector<double> buffer(10 * 5 * 3);
-    telemetry.pose = {buffer.data(), buffer.size() - 1};
-    CHECK(handles.run(&telemetry) == SWE_INVALID_ARGUMENT);
+    CHECK(handles.run({{"pose", buffer.data(), buffer.size() - 1}}) == SWE_INVALID_ARGUMENT);
     CHECK(complains("telemetry.pose: expected 150 values, got 149"));
-    telemetry.pose.length = buffer.size();
-    CHECK(handles.run(&telemetry) == SWE_OK);
+    CHECK(handles.run({{"smell", buffer.data(), buffer.size()}}) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("telemetry.smell: expected a channel"));
+    CHECK(handles.run({{nullptr, buffer.data(), buffer.size()}}) == SWE_INVALID_ARGUMENT);
+    CHECK(handles.run({{"pose", nullptr, buffer.size()}}) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("telemetry.pose: expected a pointer, got NULL"));
+    CHECK(handles.run({{"pose", buffer.data(), buffer.size()}}) == SWE_OK);
     CHECK(buffer[1] < -0.38);
 
     handles.drivers[3] = 1;
@@ -111,7 +129,7 @@ TEST_CASE("lockstep calls out of order are refused") {
     std::vector<double> observations(5 * SWE_OBSERVATIONS), commands(5 * SWE_COMMANDS);
     CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_INVALID_ARGUMENT);
     CHECK(complains("swe_lockstep_begin first"));
-    REQUIRE(swe_lockstep_begin(h.batch, nullptr, &h.episode, 1) == SWE_OK);
+    REQUIRE(swe_lockstep_begin(h.batch, nullptr, 0, &h.episode, 1) == SWE_OK);
     CHECK(h.run() == SWE_INVALID_ARGUMENT);
     CHECK(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_INVALID_ARGUMENT);
     CHECK(complains("observe before"));

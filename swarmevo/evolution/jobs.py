@@ -200,8 +200,8 @@ class Setup:
     @property
     def episode_bytes(self) -> int:
         """Size of an episode's telemetry."""
-        shapes = [[self._info.robots if a == "robots" else int(a) for a in CHANNELS[c]] for c in self._channels]
-        return 8 * self._info.control_steps * sum(math.prod(shape) for shape in shapes)
+        sizes = [CHANNELS[name].sizes(self._info.robots) for name in self._channels]
+        return 8 * self._info.control_steps * sum(map(math.prod, sizes))
 
     def run(self, job: Job, cancelled: Callable[[], bool]) -> JobResult:
         """Run a job on the calling thread."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -59,29 +59,25 @@ class Buffers:
     """The arrays that a batch of episodes writes to."""
 
     def __init__(self, scene: Scene, n: int, channels: Collection[str]) -> None:
-        ffi, lib = load()
+        ffi, _ = load()
         unknown = sorted(set(channels) - set(CHANNELS))
         if unknown:
             raise InvalidArgument(f"channels: expected some of {', '.join(CHANNELS)}; got {', '.join(unknown)}")
         robots, steps = scene.info.robots, scene.info.control_steps
         self.outcomes = ffi.new("swe_outcome[]", n)
         self.homing = np.empty((n, robots))
-        self.telemetry = ffi.new("swe_telemetry *")
-        lib.swe_telemetry_init(self.telemetry)
         self.channels: dict[str, FloatArray] = {}
         for name in channels:
-            shape = [robots if axis == "robots" else int(axis) for axis in CHANNELS[name]]
+            shape = CHANNELS[name].sizes(robots)
             try:
-                array = np.empty((n, steps, *shape))
+                self.channels[name] = np.empty((n, steps, *shape))
             except MemoryError:
                 gibibytes = n * steps * int(np.prod(shape)) * 8 / 2**30
                 raise SimulatorError(
                     f"telemetry {name}: expected {gibibytes:.1f} GiB of memory for {n} episodes of {steps} control "
                     "steps, got less; use a shorter episode.horizon or a longer episode.control_period"
                 ) from None
-            channel = getattr(self.telemetry, name)
-            channel.data, channel.length = ffi.from_buffer("double[]", array), array.size
-            self.channels[name] = array
+        self.native_channels, self._alive = native_channels(self.channels)
 
     def homing_pointer(self) -> Any:
         """Return where the library writes the homing times."""
@@ -105,7 +101,7 @@ class Buffers:
                 control_period=scene.info.control_period,
                 homing_time=self.homing,
                 push_time=table["push_time"],
-                **self.channels,
+                channels=self.channels,
             ),
             status=table["status"],
             messages=[ffi.string(lib.swe_batch_episode_message(batch, i)).decode() for i in range(n)],
@@ -117,6 +113,17 @@ class Buffers:
             max_lift=table["max_lift"],
             min_upright=table["min_upright"],
         )
+
+
+def native_channels(arrays: Mapping[str, FloatArray]) -> tuple[Any, list[Any]]:
+    """Return a ``swe_channel[]`` by which the library writes to ``arrays``, and what must live as long as it."""
+    ffi, _ = load()
+    channels = ffi.new("swe_channel[]", len(arrays))
+    alive: list[Any] = []
+    for channel, (name, array) in zip(channels, arrays.items(), strict=True):
+        alive += [ffi.new("char[]", name.encode()), ffi.from_buffer("double[]", array)]
+        channel.name, channel.values, channel.length = alive[-2], alive[-1], array.size
+    return channels, alive
 
 
 _NUMPY_FORMATS = {"int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "double": "f8", "double[3]": "3f8"}
@@ -191,7 +198,8 @@ def simulate(
         lib.swe_batch_run(
             buffers.outcomes,
             buffers.homing_pointer(),
-            buffers.telemetry,
+            buffers.native_channels,
+            len(buffers.native_channels),
             batch,
             keys,
             len(episodes),

@@ -42,7 +42,8 @@ def simulate_lockstep(
         raise InvalidArgument(f"genomes: expected shape ({n}, {robots}, size), got {genomes.shape}")
     buffers = Buffers(scene, n, channels)
     batch = create_batch(scene, threads)
-    check(lib.swe_lockstep_begin(batch, buffers.telemetry, native_episodes(episodes), n))
+    channels_wanted = buffers.native_channels
+    check(lib.swe_lockstep_begin(batch, channels_wanted, len(channels_wanted), native_episodes(episodes), n))
     controller.start(genomes)
     for _ in range(scene.info.control_steps):
         observations = np.empty((n, robots, OBSERVATIONS))
