@@ -76,18 +76,38 @@ void lockstep(swe_batch* batch, Bytes& bytes) {
     const Telemetry telemetry(bytes, keys.size(), kSteps);
     const auto& wanted = telemetry.wanted;
     if (swe_lockstep_begin(batch, wanted.data(), wanted.size(), keys.data(), keys.size()) != SWE_OK) return;
-    for (std::size_t calls = bytes.below(12); calls > 0; --calls) {
-        const std::size_t robots = bytes.below(16) ? keys.size() * kRobots : bytes.below(16);
-        if (bytes.below(2)) {
-            std::vector<double> seen(robots * SWE_OBSERVATIONS);
-            swe_lockstep_observe(seen.data(), seen.size(), batch);
-        } else {
-            const auto commands = bytes.numbers(robots * SWE_COMMANDS);
-            swe_lockstep_advance(batch, commands.data(), commands.size());
-        }
-    }
     std::vector<swe_outcome> outcomes(keys.size());
     std::vector<double> homing(keys.size() * kRobots);
+    for (std::size_t calls = bytes.below(12); calls > 0; --calls) {
+        const std::size_t robots = bytes.below(16) ? keys.size() * kRobots : bytes.below(16);
+        switch (bytes.below(4)) {
+            case 0: {
+                std::vector<double> seen(robots * SWE_OBSERVATIONS);
+                swe_lockstep_observe(seen.data(), seen.size(), batch);
+                break;
+            }
+            case 1: {
+                const auto commands = bytes.numbers(robots * SWE_COMMANDS);
+                swe_lockstep_advance(batch, commands.data(), commands.size());
+                break;
+            }
+            case 2: {
+                const auto others = episodes(bytes);
+                std::vector<std::uint32_t> worlds(others.size());
+                for (auto& world : worlds) world = static_cast<std::uint32_t>(bytes.below(bytes.below(16) ? 4 : 256));
+                swe_lockstep_reset(batch, worlds.data(), others.data(), others.size());
+                break;
+            }
+            default: {
+                const Telemetry now(bytes, keys.size(), 1);
+                const bool all = bytes.below(2);
+                swe_lockstep_state(all ? outcomes.data() : nullptr, all ? homing.data() : nullptr, now.wanted.data(),
+                                   now.wanted.size(), batch);
+            }
+        }
+        std::uint32_t movable, failed;
+        if (swe_lockstep_count(&movable, &failed, batch) != SWE_OK || movable + failed > keys.size()) std::abort();
+    }
     swe_lockstep_end(outcomes.data(), homing.data(), batch);
     for (std::size_t i = 0; i < keys.size() + 1; ++i) (void)*swe_batch_episode_message(batch, i);
 }

@@ -250,7 +250,7 @@ typedef struct swe_outcome {
     int32_t status;          /* swe_status of this episode; all else is meaningless unless SWE_OK */
     uint32_t ode_messages;   /* warnings of ODE's solver; each makes a step be tried again */
     uint32_t unsolved_steps; /* steps that no further try mended */
-    uint32_t control_steps;  /* done: those of the horizon unless the episode failed */
+    uint32_t control_steps;  /* done: those of the horizon at the end of an episode */
     uint64_t hash;           /* of every body's state at every control step */
     double push_time;        /* first touch of box and target wall [s]; NaN: never */
     double box_pose[3];      /* at the end: x [m], y [m], heading [rad] */
@@ -296,12 +296,33 @@ swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_
 /* "" or why episode i of the last run or lockstep failed. */
 const char* swe_batch_episode_message(const swe_batch* batch, size_t episode);
 
-/* Lockstep, for controllers outside the library: begin, then as often as there are control steps observe and advance,
- * then end. The channels' buffers must outlive the end. A failed episode stands still and observes zeros. */
+/* Lockstep, for controllers outside the library: begin, then the others in any order, as a rule observe and advance in
+ * turn, then end. A world keeps its own count of control steps, and what it does never depends on the others. One that
+ * has failed or is at its horizon stands still until it is reset. The channels' buffers must outlive the end. */
 swe_status swe_lockstep_begin(swe_batch* batch, const swe_channel* channels, size_t n_channels,
                               const swe_episode* episodes, size_t n);
-swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);   /* (n, robots, 13) */
-swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length); /* (n, robots, 2) */
+
+/* What robots sense now, (n, robots, SWE_OBSERVATIONS); zeros where the world has failed. */
+swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);
+
+/* Lets commands (n, robots, SWE_COMMANDS) act for one control period. SWE_INVALID_ARGUMENT if no world can go on. */
+swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length);
+
+/* Worlds that can go on, and worlds that have failed; the others are at their horizon. */
+swe_status swe_lockstep_count(uint32_t* movable, uint32_t* failed, const swe_batch* batch);
+
+/* Begins n new episodes in some worlds, each named once; what is recorded of them begins anew. One that cannot begin
+ * has failed: its reason is in its outcome and in swe_batch_episode_message. */
+swe_status swe_lockstep_reset(swe_batch* batch, const uint32_t* worlds, const swe_episode* episodes, size_t n);
+
+/* All worlds at this moment, of which nothing changes.
+ *   outcomes      n, as if the episodes ended now; NULL: not wanted
+ *   homing_times  (n, robots); NULL: not wanted
+ *   channels      n_channels of them, each with one control step for an episode; NaN where the world has failed, and
+ * the command before the first step */
+swe_status swe_lockstep_state(swe_outcome* outcomes, double* homing_times, const swe_channel* channels,
+                              size_t n_channels, swe_batch* batch);
+
 swe_status swe_lockstep_end(swe_outcome* outcomes, double* homing_times, swe_batch* batch);
 
 /* [cffi ends] */

@@ -23,7 +23,6 @@ struct swe_networks {
 };
 struct swe_batch {
     Batch batch;
-    bool observed = false;  // in lockstep: observe and advance take turns
 };
 
 namespace {
@@ -114,6 +113,18 @@ void check_lockstep(const swe_batch* batch, bool running) {
     require(batch, "batch");
     if (batch->batch.running() != running)
         reject(running ? "lockstep: expected swe_lockstep_begin first" : "lockstep: expected swe_lockstep_end first");
+}
+
+// Each world once.
+void check_worlds(const std::uint32_t* worlds, std::size_t n, std::size_t all) {
+    std::vector<bool> named(all);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::string title = "worlds[" + std::to_string(i) + "]: ";
+        if (worlds[i] >= all)
+            reject(title + "expected an index below " + std::to_string(all) + ", got " + std::to_string(worlds[i]));
+        if (named[worlds[i]]) reject(title + "expected each world once, got " + std::to_string(worlds[i]) + " again");
+        named[worlds[i]] = true;
+    }
 }
 
 }  // namespace
@@ -264,7 +275,6 @@ swe_status swe_lockstep_begin(swe_batch* batch, const swe_channel* channels, siz
         check_episodes(episodes, n);
         const Scene& scene = batch->batch.scene();
         batch->batch.begin(make_recorders(channels, n_channels, scene, n, scene.control_steps), episodes, n);
-        batch->observed = false;
     });
 }
 
@@ -273,9 +283,7 @@ swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* 
         check_lockstep(batch, true);
         require(observations, "observations");
         require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_OBSERVATIONS, "observations");
-        if (batch->batch.steps_left() == 0) reject("lockstep: the horizon is reached: expected swe_lockstep_end");
         batch->batch.observe(observations);
-        batch->observed = true;
     });
 }
 
@@ -284,9 +292,39 @@ swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t
         check_lockstep(batch, true);
         require(commands, "commands");
         require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_COMMANDS, "commands");
-        if (!batch->observed) reject("lockstep: expected swe_lockstep_observe before each advance");
+        if (batch->batch.movable() == 0)
+            reject("lockstep: expected a world that can go on; each is at its horizon or has failed: reset or end");
         batch->batch.advance(commands);
-        batch->observed = false;
+    });
+}
+
+swe_status swe_lockstep_count(uint32_t* movable, uint32_t* failed, const swe_batch* batch) {
+    return guarded([&] {
+        require(movable, "movable");
+        require(failed, "failed");
+        check_lockstep(batch, true);
+        *movable = static_cast<std::uint32_t>(batch->batch.movable());
+        *failed = static_cast<std::uint32_t>(batch->batch.failed());
+    });
+}
+
+swe_status swe_lockstep_reset(swe_batch* batch, const uint32_t* worlds, const swe_episode* episodes, size_t n) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        if (n > 0) require(worlds, "worlds");
+        check_episodes(episodes, n);
+        check_worlds(worlds, n, batch->batch.worlds());
+        batch->batch.reset(worlds, episodes, n);
+    });
+}
+
+swe_status swe_lockstep_state(swe_outcome* outcomes, double* homing_times, const swe_channel* channels,
+                              size_t n_channels, swe_batch* batch) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        if (homing_times) require(outcomes, "outcomes");
+        Batch& state = batch->batch;
+        state.state(outcomes, homing_times, make_recorders(channels, n_channels, state.scene(), state.worlds(), 1));
     });
 }
 

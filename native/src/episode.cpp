@@ -13,7 +13,7 @@
 namespace swarmevo {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotYet = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTouchDistance = 0.002;        // between box and wall [m]
 constexpr unsigned kPlacementAttempts = 10000;  // for each robot
 constexpr std::uint64_t kHashStart = 0xCBF29CE484222325u;
@@ -81,9 +81,9 @@ Episode::Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder)
       world_(scene, draw_starts(scene, key)),
       observations_(scene.robots * SWE_OBSERVATIONS),
       strengths_(scene.robots),
-      clipped_(scene.robots * SWE_COMMANDS),
-      homing_times_(scene.robots, kNever),
-      push_time_(kNever),
+      clipped_(scene.robots * SWE_COMMANDS, kNotYet),
+      homing_times_(scene.robots, kNotYet),
+      push_time_(kNotYet),
       hash_(world_.fold_state(kHashStart)) {
     now_.robots.resize(scene.robots);
     look_around();
@@ -103,6 +103,7 @@ void Episode::look_around() {
 }
 
 const double* Episode::observe() {
+    if (is_observed_) return observations_.data();
     for (unsigned robot = 0; robot < scene_.robots; ++robot) {
         double* readings = &observations_[robot * SWE_OBSERVATIONS];
         sense_infrared(scene_, now_, key_, step_, robot, readings);
@@ -110,6 +111,7 @@ const double* Episode::observe() {
         strengths_[robot] = sense_rf(scene_, now_, key_, step_, robot);
         readings[SWE_OBSERVATIONS - 1] = strengths_[robot] / scene_.emitter.strength[1];
     }
+    is_observed_ = true;
     return observations_.data();
 }
 
@@ -132,13 +134,19 @@ void Episode::advance(const double* commands) {
     for (unsigned i = 0; i < scene_.substeps; ++i) world_.step();
     ++step_;
     hash_ = world_.fold_state(hash_);
+    is_observed_ = false;
     look_around();
 }
 
+Moment Episode::moment() {
+    observe();
+    return {now_, box_touches_target_, observations_.data(), strengths_.data(), clipped_.data()};
+}
+
 void Episode::record() {
-    const Moment moment{now_, box_touches_target_, observations_.data(), strengths_.data(), clipped_.data()};
-    for (const Track& track : recorder_)
-        track.channel->write(track.values + step_ * track.channel->size(scene_), moment);
+    if (recorder_.empty()) return;
+    const Moment now = moment();
+    for (const Track& track : recorder_) track.channel->write(track.values + step_ * track.channel->size(scene_), now);
 }
 
 swe_outcome Episode::outcome(double* homing_times) const {

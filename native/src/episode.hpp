@@ -19,14 +19,17 @@ class Episode {
 
     bool done() const { return step_ == scene_.control_steps; }
 
-    // (robots, SWE_OBSERVATIONS) of this moment.
+    // (robots, SWE_OBSERVATIONS) of this moment, sensed once.
     const double* observe();
 
-    // Lets commands (robots, SWE_COMMANDS) act for one control period. After observe().
+    // Lets commands (robots, SWE_COMMANDS) act for one control period. Not when done.
     // Throws Error: a command is not finite, or the physics failed.
     void advance(const double* commands);
 
-    // After the last step. Outcome of the episode; homing_times (robots).
+    // This moment, sensed; its commands are those of the last step, NaN before the first. Valid until the next step.
+    Moment moment();
+
+    // Outcome so far; homing_times (robots).
     swe_outcome outcome(double* homing_times) const;
 
   private:
@@ -41,6 +44,7 @@ class Episode {
 
     Snapshot now_;
     bool box_touches_target_ = false;
+    bool is_observed_ = false;
     std::vector<double> observations_, strengths_, clipped_, homing_times_;
     double push_time_;
     std::uint64_t hash_;

@@ -94,6 +94,37 @@ TEST_CASE("telemetry tells what was seen and done before each step") {
     CHECK(pose[pose.size() - 3] != pose[12]);
 }
 
+TEST_CASE("a moment is what telemetry records of it, but for the command, which is the last one") {
+    Fixture fixture;
+    fixture.config.episode.horizon = 1;
+    const Scene scene = fixture.scene();
+    std::map<std::string, std::vector<double>> values;
+    Recorder recorder;
+    for (std::size_t i = 0; i < channel_count(); ++i) {
+        auto& own = values[channel(i).name];
+        own.resize(scene.control_steps * channel(i).size(scene));
+        recorder.push_back({&channel(i), own.data()});
+    }
+    Episode episode(scene, kKey, recorder);
+    const std::vector<double> commands(10, 0.5);
+    CHECK(std::isnan(episode.moment().commands[0]));
+    for (unsigned step = 0; step < scene.control_steps; ++step) {
+        std::map<std::string, std::vector<double>> now;
+        for (std::size_t i = 0; i < channel_count(); ++i) {
+            now[channel(i).name].resize(channel(i).size(scene));
+            channel(i).write(now[channel(i).name].data(), episode.moment());
+        }
+        episode.advance(commands.data());
+        for (auto& [name, seen] : now) {
+            if (name == "command") continue;
+            CHECK(std::equal(seen.begin(), seen.end(), values[name].begin() + step * seen.size()));
+        }
+        CHECK(episode.moment().commands[9] == 0.5);
+    }
+    CHECK(episode.done());
+    episode.moment();  // there is one at the horizon, too
+}
+
 TEST_CASE("starts: jitter within its bounds, random ones free of everything") {
     Fixture fixture;
     const Scene row = fixture.scene();
