@@ -293,7 +293,7 @@ swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t
         require(commands, "commands");
         require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_COMMANDS, "commands");
         if (batch->batch.movable() == 0)
-            reject("lockstep: expected a world that can go on; each is at its horizon or has failed: reset or end");
+            reject("lockstep: expected a world that can go on, but each is at its horizon or has failed: reset some");
         batch->batch.advance(commands);
     });
 }
