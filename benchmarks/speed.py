@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import assumptions
+from benchmarks import assumptions, lockstep
 from benchmarks.cases import CASES, DEEPEST_OVERLAP, Case, changed, random_networks, write_networks
 from swarmevo.config import Config, seeded
 from swarmevo.runs import driver
@@ -479,6 +479,7 @@ def write_page(rounds: int, quick: bool) -> None:
     shares = {case: breakdown(case) for case in ("roaming", "pushing", "random")}
     undone = assumptions.rows()
     python = python_side([100, 1000] if quick else [30, 100, 1000, 10_000])
+    stepped = lockstep.rows(2 if quick else 11)
     many = evolution_of(20, repeats=1, generations=100 if quick else 1000)
     plot(results, sizes)
     text = (ROOT / "benchmarks" / "performance_head.md").read_text()
@@ -545,6 +546,7 @@ def write_page(rounds: int, quick: bool) -> None:
     tenth = len(many) // 10
     growth = statistics.median(many[-tenth:]) / statistics.median(many[1 : tenth + 1])
     text += f"\nThe last tenth of {len(many):,} generations of 20 took {growth:.2f} times as long as the first.\n"
+    text += "\n" + lockstep.section(stepped)
     PAGE.write_text(text + (ROOT / "benchmarks" / "performance_tail.md").read_text())
 
 

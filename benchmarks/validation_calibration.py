@@ -217,7 +217,6 @@ class Place(NamedTuple):
             episode={"horizon": _PRESSED},
         )
         done = drive(config, np.full((self.robots, 2), _GENTLE), ("box",))
-        assert done.telemetry.box is not None
         turned = np.abs(turn(done.telemetry.box[0, -1, 2]))
         return bool(np.hypot(*done.box_pose[0, :2]) + turned * np.hypot(*config.box.size[:2]) / 2 > GAVE_WAY)
 
@@ -334,7 +333,6 @@ def corner_push(poses: list[Pose], of: tuple[Drive, float]) -> tuple[float, floa
         episode={"horizon": MINUTE},
     )
     done = drive(config, np.ones((len(poses), 2)), ("box",))
-    assert done.telemetry.box is not None
     turned = float(np.unwrap(done.telemetry.box[0, :, 2])[-1])
     return float(np.hypot(*done.box_pose[0, :2])), turned
 

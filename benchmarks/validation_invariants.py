@@ -167,7 +167,6 @@ def random_poses(config: Config, episodes: int) -> FloatArray:
     )
     drivers = np.zeros((episodes, robots), dtype=np.uint32)
     done = sound(simulate(Scene(drawn), random_networks(1, 0), keys(episodes), drivers, ("pose",)))
-    assert done.telemetry.pose is not None
     return done.telemetry.pose[:, 0]
 
 
@@ -192,8 +191,6 @@ def _places(config: Config, networks: FeedForward, policy: int) -> FloatArray:
     """Return where robots and box are: ``(steps, bodies, 2)``."""
     drivers = np.full((1, config.team.robots), policy, dtype=np.uint32)
     telemetry = sound(simulate(Scene(config), networks, keys(1), drivers, ("pose", "box"))).telemetry
-    assert telemetry.pose is not None
-    assert telemetry.box is not None
     return np.concatenate([telemetry.pose[0, :, :, :2], telemetry.box[0, :, np.newaxis, :2]], axis=1)
 
 

@@ -112,8 +112,6 @@ def reference_poses(
 def simulated_poses(config: Config, commands: Sequence[Sequence[float]]) -> FloatArray:
     """Return what the library makes of it, likewise."""
     telemetry = drive(config, commands, ("pose", "box")).telemetry
-    assert telemetry.pose is not None
-    assert telemetry.box is not None
     return np.concatenate([telemetry.pose[0], telemetry.box[0][:, np.newaxis]], axis=1)
 
 

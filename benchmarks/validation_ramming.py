@@ -219,7 +219,6 @@ def moved(boxes: FloatArray) -> Moved:
 
 def boxes_of(done: Episodes, episode: int = 0) -> FloatArray:
     """Return the box's poses ``(steps + 1, 3)`` in an episode."""
-    assert done.telemetry.box is not None
     return np.vstack([done.telemetry.box[episode], done.box_pose[episode]])
 
 
@@ -279,7 +278,6 @@ def outcome(strategy: Strategy, horizon: float = HORIZON, noise: bool = False, b
 def outcome_in_lane(strategy: Strategy, horizon: float = HORIZON, bumper: Bumper | None = None) -> Moved:
     """Return what a strategy does to the box for as long as every robot keeps to its lane before its face."""
     done = play(strategy, scene(strategy.poses, horizon, bumper=bumper))
-    assert done.telemetry.pose is not None
     x, y, _ = np.moveaxis(done.telemetry.pose[0], -1, 0)
     along = face_before(strategy.poses[0]).along(x, y)
     outside = (np.abs(along - along[0]) > LANE).any(axis=1)

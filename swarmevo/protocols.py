@@ -8,10 +8,11 @@ keyword parameters are the plugin's options in the YAML config.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Final, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,24 +139,79 @@ class GenomeSpace:
 # ---- what an episode leaves ------------------------------------------------------------------------------------------
 
 
-CHANNELS: dict[str, tuple[int | str, ...]] = {
-    "pose": ("robots", 3),
-    "command": ("robots", COMMANDS),
-    "infrared": ("robots", 8),
-    "touch": ("robots", 4),
-    "rf": ("robots",),
-    "box": (3,),
-    "box_contact": (),
-}
-"""Telemetry channels and their shape behind the axes (episodes, control steps)."""
-
-
 @dataclass(frozen=True)
-class Telemetry:
-    """What happened in a number of episodes.
+class Channel:
+    """Something that is recorded at each control step, before the step's command acts.
 
-    The outcome is always there; a channel only if somebody asked for it (``Fitness.channels``). Channels hold one row
-    per control step, recorded before the step's command acts. World frame: metres, radians, counter-clockwise.
+    Args:
+        shape: Behind the axes (episodes, control steps); ``"robots"`` is the size of the team.
+        unit: Of the values, or of each along the last axis.
+        meaning: Of the values. World frame: counter-clockwise, origin at the arena's centre.
+        low: Smallest value in the paper's world, or one for each place along the last axis.
+        high: Largest, likewise.
+        is_flag: Whether the values are 0 or 1, nothing between.
+    """
+
+    shape: tuple[Literal["robots"] | int, ...]
+    unit: str
+    meaning: str
+    low: float | tuple[float, ...] = 0.0
+    high: float | tuple[float, ...] = 1.0
+    is_flag: bool = False
+
+    def sizes(self, robots: int) -> tuple[int, ...]:
+        """Return the shape in a team of ``robots``."""
+        return tuple(robots if axis == "robots" else axis for axis in self.shape)
+
+
+_CORNER = (0.5, 0.5, math.pi)
+"""Of the paper's arena [m], and half a turn [rad]."""
+_OPPOSITE = (-0.5, -0.5, -math.pi)
+
+CHANNELS: Final[Mapping[str, Channel]] = {
+    "pose": Channel(("robots", 3), "m, m, rad", "x, y, heading in [-pi, pi] of a robot", _OPPOSITE, _CORNER),
+    "command": Channel(
+        ("robots", COMMANDS), "top speed", "left and right wheel in [-1, 1], as the controller gave them, clipped", -1.0
+    ),
+    "infrared": Channel(("robots", 8), "1", "readings ps0 to ps7 in [0, 1]; 0: nothing in range"),
+    "touch": Channel(("robots", 4), "1", "readings in [0, 1], from left to right; 0: the box is not in range"),
+    "rf": Channel(("robots",), "1", "signal strength S, in the paper from 1 to 50", 1.0, 50.0),
+    "box": Channel((3,), "m, m, rad", "x, y, heading in [-pi, pi] of the box", _OPPOSITE, _CORNER),
+    "box_contact": Channel((), "1", "1: the box touches the target wall; 0: it does not", is_flag=True),
+}
+"""Every channel of telemetry: the only table in Python; ``native/src/channels.cpp`` has the library's."""
+
+
+class Recorded:
+    """Arrays by the channel that they are of: each an attribute, and an entry of ``channels``.
+
+    A channel that was not recorded is an ``AttributeError`` which says what to do.
+    """
+
+    channels: Mapping[str, FloatArray]
+
+    def __getattr__(self, name: str) -> FloatArray:
+        channels: Mapping[str, FloatArray] = self.__dict__.get("channels", {})  # none yet while it is unpickled
+        if name in channels:
+            return channels[name]
+        if name in CHANNELS:
+            raise AttributeError(f'{name} was not recorded: add "{name}" to the channels of the fitness or the call')
+        raise AttributeError(f"{type(self).__name__} has no {name!r}; the channels are {', '.join(CHANNELS)}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.channels]
+
+
+@dataclass(frozen=True, init=False, repr=False, eq=False)
+class Telemetry(Recorded):
+    """What happened in a number of episodes: ``Telemetry(0.1, homing_time, push_time, pose=pose)``.
+
+    The outcome is always there; a channel only if somebody asked for it (``Fitness.channels``), as an attribute
+    ``(episodes, steps, *shape)`` with the shape of ``CHANNELS``: ``telemetry.pose``. Channels hold one row per control
+    step, recorded before the step's command acts.
+
+    Raises:
+        TypeError: A channel does not exist.
     """
 
     control_period: float
@@ -164,20 +220,29 @@ class Telemetry:
     """``(episodes, robots)``: first time within the emitter's range [s]; NaN: never."""
     push_time: FloatArray
     """``(episodes,)``: first touch of box and target wall [s]; NaN: never."""
-    pose: FloatArray | None = None
-    """``(episodes, steps, robots, 3)``: x, y, heading in [-pi, pi]."""
-    command: FloatArray | None = None
-    """``(episodes, steps, robots, 2)``: left, right in [-1, 1], as the controller gave them."""
-    infrared: FloatArray | None = None
-    """``(episodes, steps, robots, 8)`` in [0, 1]: ps0..ps7; 0 is nothing in range."""
-    touch: FloatArray | None = None
-    """``(episodes, steps, robots, 4)`` in [0, 1]: from left to right."""
-    rf: FloatArray | None = None
-    """``(episodes, steps, robots)``: signal strength S, in the paper from 1 to 50."""
-    box: FloatArray | None = None
-    """``(episodes, steps, 3)``: x, y, heading."""
-    box_contact: FloatArray | None = None
-    """``(episodes, steps)``: 1 where the box touches the target wall, else 0."""
+    channels: Mapping[str, FloatArray]
+    """By name: what was recorded."""
+
+    def __init__(
+        self,
+        control_period: float,
+        homing_time: FloatArray,
+        push_time: FloatArray,
+        *,
+        channels: Any = None,  # a mapping; not typed so, that arrays can be given as **channels
+        **more_channels: FloatArray,
+    ) -> None:
+        recorded = {**(channels or {}), **more_channels}  # either way, and both in dataclasses.replace
+        unknown = [name for name in recorded if name not in CHANNELS]
+        if unknown:
+            raise TypeError(f"Telemetry: expected channels among {', '.join(CHANNELS)}; got {', '.join(unknown)}")
+        vars(self).update(
+            control_period=control_period, homing_time=homing_time, push_time=push_time, channels=recorded
+        )
+
+    def __repr__(self) -> str:
+        episodes, robots = self.homing_time.shape
+        return f"<Telemetry: {episodes} episodes of {robots} robots; {', '.join(self.channels) or 'no channels'}>"
 
 
 # ---- policies that run natively --------------------------------------------------------------------------------------

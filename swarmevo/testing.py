@@ -27,6 +27,7 @@ from swarmevo.protocols import (
     COMMANDS,
     OBSERVATIONS,
     Block,
+    Channel,
     Compiled,
     Controller,
     FeedForward,
@@ -80,17 +81,15 @@ def random_telemetry(
 ) -> Telemetry:
     """Return telemetry of no real episode, every value in its range; without the channels not asked for."""
     rng = np.random.default_rng(seed)
-    ranges = {"pose": (-0.5, 0.5), "command": (-1.0, 1.0), "rf": (1.0, 50.0), "box": (-0.5, 0.5)}
 
-    def draw(name: str) -> FloatArray:
-        shape = [robots if axis == "robots" else int(axis) for axis in CHANNELS[name]]
-        values = rng.uniform(*ranges.get(name, (0.0, 1.0)), size=(episodes, steps, *shape))
-        return np.round(values) if name == "box_contact" else values
+    def draw(channel: Channel) -> FloatArray:
+        values = rng.uniform(channel.low, channel.high, size=(episodes, steps, *channel.sizes(robots)))
+        return np.round(values) if channel.is_flag else values
 
     def some_time(*shape: int) -> FloatArray:
         return np.where(rng.random(shape) < 0.5, np.nan, rng.uniform(0.0, 0.1 * steps, shape))
 
-    recorded = {name: _frozen(draw(name)) for name in channels}
+    recorded = {name: _frozen(draw(CHANNELS[name])) for name in channels}
     return Telemetry(0.1, _frozen(some_time(episodes, robots)), _frozen(some_time(episodes)), **recorded)
 
 

@@ -424,11 +424,13 @@ def test_random_telemetry_has_the_shapes_of_the_protocol():
     telemetry = random_telemetry(list(CHANNELS), episodes=3, steps=10, robots=2)
     assert telemetry.homing_time.shape == (3, 2)
     assert telemetry.push_time.shape == (3,)
-    for name, shape in CHANNELS.items():
-        expected = (3, 10, *(2 if axis == "robots" else axis for axis in shape))
-        assert getattr(telemetry, name).shape == expected
+    for name, channel in CHANNELS.items():
+        assert getattr(telemetry, name).shape == (3, 10, *channel.sizes(robots=2))
         assert not getattr(telemetry, name).flags.writeable
-    assert random_telemetry(BoxPushing.channels, episodes=1).pose is None
+        values = getattr(telemetry, name)
+        assert np.all((channel.low <= values) & (values <= channel.high))
+        assert not channel.is_flag or set(np.unique(values)) == {0.0, 1.0}
+    assert "pose" not in random_telemetry(BoxPushing.channels, episodes=1).channels
 
 
 def test_random_genomes_have_switches_that_are_on_or_off():

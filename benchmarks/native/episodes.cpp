@@ -76,12 +76,10 @@ int run(const char* name) {
     swe_batch_create(&batch, scene, 1);
     const std::size_t rows = swe_scene_control_steps(scene) * 5u;
     std::vector<double> infrared(rows * 8), touch(rows * 4), rf(rows), command(rows * 2);
-    swe_telemetry telemetry;
-    swe_telemetry_init(&telemetry);
-    telemetry.infrared = {infrared.data(), infrared.size()};
-    telemetry.touch = {touch.data(), touch.size()};
-    telemetry.rf = {rf.data(), rf.size()};
-    telemetry.command = {command.data(), command.size()};
+    const swe_channel channels[] = {{"infrared", infrared.data(), infrared.size()},
+                                    {"touch", touch.data(), touch.size()},
+                                    {"rf", rf.data(), rf.size()},
+                                    {"command", command.data(), command.size()}};
 
     swe_network_config network{sizeof(swe_network_config), 15, 1, SWE_ACTIVATION_TANH};
     for (std::uint32_t i = 0; i < all.size(); ++i) {
@@ -93,7 +91,7 @@ int run(const char* name) {
         const std::uint32_t drivers[5] = {0, 0, 0, 0, 0};
         swe_outcome outcome;
         double homing[5];
-        if (swe_batch_run(&outcome, homing, &telemetry, batch, &episode, 1, &policy, 1, drivers) || outcome.status)
+        if (swe_batch_run(&outcome, homing, channels, 4, batch, &episode, 1, &policy, 1, drivers) || outcome.status)
             return std::fprintf(stderr, "%s\n", swe_batch_episode_message(batch, 0)), 1;
         swe_networks_destroy(networks);
     }

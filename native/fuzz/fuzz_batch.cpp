@@ -33,20 +33,17 @@ std::vector<swe_episode> episodes(Bytes& bytes) {
 
 // Channels of the right length, or of any other.
 struct Telemetry {
-    swe_telemetry wanted;
+    std::vector<swe_channel> wanted;
     std::vector<std::vector<double>> buffers;
 
-    Telemetry(Bytes& bytes, std::size_t n) {
-        swe_telemetry_init(&wanted);
-        if (bytes.below(32) == 0) wanted.struct_size = bytes.take<std::uint32_t>();
-        swe_channel* channels[] = {&wanted.pose, &wanted.command, &wanted.infrared,   &wanted.touch,
-                                   &wanted.rf,   &wanted.box,     &wanted.box_contact};
-        const std::size_t widths[] = {3 * kRobots, 2 * kRobots, 8 * kRobots, 4 * kRobots, kRobots, 3, 1};
-        buffers.reserve(7);
-        for (int i = 0; i < 7; ++i) {
+    Telemetry(Bytes& bytes, std::size_t n, std::size_t steps) {
+        for (std::uint32_t i = 0; i < swe_channel_count(); ++i) {
             if (bytes.below(2)) continue;
-            buffers.emplace_back(bytes.below(16) ? n * kSteps * widths[i] : bytes.below(256));
-            *channels[i] = {buffers.back().data(), buffers.back().size()};
+            swe_channel_info info;
+            swe_channel_describe(&info, i);
+            const std::size_t size = n * steps * info.width * (info.per_robot ? kRobots : 1);
+            buffers.emplace_back(bytes.below(16) ? size : bytes.below(256));
+            wanted.push_back({bytes.below(32) ? info.name : "smell", buffers.back().data(), buffers.back().size()});
         }
     }
 };
@@ -58,7 +55,7 @@ void drive(const void* parameters, const double* observation, double* memory, do
 
 void run(swe_batch* batch, Bytes& bytes) {
     const auto keys = episodes(bytes);
-    const Telemetry telemetry(bytes, keys.size());
+    const Telemetry telemetry(bytes, keys.size(), kSteps);
     const auto parameters = bytes.numbers(1 + bytes.below(3));
     std::vector<swe_policy> policies;
     for (const double& parameter : parameters) policies.push_back({drive, &parameter, 1});
@@ -68,7 +65,7 @@ void run(swe_batch* batch, Bytes& bytes) {
         policy = static_cast<std::uint32_t>(bytes.below(bytes.below(16) ? policies.size() : 256));
     std::vector<swe_outcome> outcomes(keys.size());
     std::vector<double> homing(keys.size() * kRobots);
-    const auto status = swe_batch_run(outcomes.data(), homing.data(), bytes.below(2) ? &telemetry.wanted : nullptr,
+    const auto status = swe_batch_run(outcomes.data(), homing.data(), telemetry.wanted.data(), telemetry.wanted.size(),
                                       batch, keys.data(), keys.size(), policies.data(), policies.size(), chosen.data());
     if (status != SWE_OK && !*swe_error_message()) std::abort();
 }
@@ -76,21 +73,41 @@ void run(swe_batch* batch, Bytes& bytes) {
 // Begins a lockstep and carries it on, in order or out of it.
 void lockstep(swe_batch* batch, Bytes& bytes) {
     const auto keys = episodes(bytes);
-    const Telemetry telemetry(bytes, keys.size());
-    const swe_telemetry* wanted = bytes.below(2) ? &telemetry.wanted : nullptr;
-    if (swe_lockstep_begin(batch, wanted, keys.data(), keys.size()) != SWE_OK) return;
-    for (std::size_t calls = bytes.below(12); calls > 0; --calls) {
-        const std::size_t robots = bytes.below(16) ? keys.size() * kRobots : bytes.below(16);
-        if (bytes.below(2)) {
-            std::vector<double> seen(robots * SWE_OBSERVATIONS);
-            swe_lockstep_observe(seen.data(), seen.size(), batch);
-        } else {
-            const auto commands = bytes.numbers(robots * SWE_COMMANDS);
-            swe_lockstep_advance(batch, commands.data(), commands.size());
-        }
-    }
+    const Telemetry telemetry(bytes, keys.size(), kSteps);
+    const auto& wanted = telemetry.wanted;
+    if (swe_lockstep_begin(batch, wanted.data(), wanted.size(), keys.data(), keys.size()) != SWE_OK) return;
     std::vector<swe_outcome> outcomes(keys.size());
     std::vector<double> homing(keys.size() * kRobots);
+    for (std::size_t calls = bytes.below(12); calls > 0; --calls) {
+        const std::size_t robots = bytes.below(16) ? keys.size() * kRobots : bytes.below(16);
+        switch (bytes.below(4)) {
+            case 0: {
+                std::vector<double> seen(robots * SWE_OBSERVATIONS);
+                swe_lockstep_observe(seen.data(), seen.size(), batch);
+                break;
+            }
+            case 1: {
+                const auto commands = bytes.numbers(robots * SWE_COMMANDS);
+                swe_lockstep_advance(batch, commands.data(), commands.size());
+                break;
+            }
+            case 2: {
+                const auto others = episodes(bytes);
+                std::vector<std::uint32_t> worlds(others.size());
+                for (auto& world : worlds) world = static_cast<std::uint32_t>(bytes.below(bytes.below(16) ? 4 : 256));
+                swe_lockstep_reset(batch, worlds.data(), others.data(), others.size());
+                break;
+            }
+            default: {
+                const Telemetry now(bytes, keys.size(), 1);
+                const bool all = bytes.below(2);
+                swe_lockstep_state(all ? outcomes.data() : nullptr, all ? homing.data() : nullptr, now.wanted.data(),
+                                   now.wanted.size(), batch);
+            }
+        }
+        std::uint32_t movable, failed;
+        if (swe_lockstep_count(&movable, &failed, batch) != SWE_OK || movable + failed > keys.size()) std::abort();
+    }
     swe_lockstep_end(outcomes.data(), homing.data(), batch);
     for (std::size_t i = 0; i < keys.size() + 1; ++i) (void)*swe_batch_episode_message(batch, i);
 }

@@ -34,7 +34,7 @@ void run(const swe_scene* scene) {
     swe_outcome outcome{};
     std::vector<double> homing(robots);
     const std::vector<std::uint32_t> policies(robots, 0);
-    if (swe_batch_run(&outcome, homing.data(), nullptr, batch, &episode, 1, &forwards, 1, policies.data()) != SWE_OK)
+    if (swe_batch_run(&outcome, homing.data(), nullptr, 0, batch, &episode, 1, &forwards, 1, policies.data()) != SWE_OK)
         std::abort();
     swe_batch_destroy(batch);
 }

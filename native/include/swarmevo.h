@@ -9,7 +9,7 @@
  *   - Outputs come first, then the object, then inputs. The caller owns every buffer; arrays are flat, row-major.
  *   - Every fallible function returns swe_status. On failure swe_error_message() holds one line for the calling thread.
  *   - swe_<struct>_init fills a struct with "not set" (NaN, -1, NULL): a field left so is an error that names it. The
- *     library has no defaults; they are the caller's. No channel of swe_telemetry is wanted after its init.
+ *     library has no defaults; they are the caller's.
  *   - A scene is immutable and may be shared by threads. A batch belongs to one thread at a time.
  */
 #ifndef SWARMEVO_H
@@ -27,7 +27,7 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 2
+#define SWE_ABI_VERSION 3
 
 #define SWE_INFRARED_SENSORS 8
 #define SWE_TOUCH_SENSORS 4
@@ -56,9 +56,9 @@ uint32_t swe_abi_version(void);
 /* Release, compiler, ODE and Eigen versions and the beginning of a hash of the sources, in one line. */
 const char* swe_build_info(void);
 
-/* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_telemetry, in this
- * order: a caller compiled against another header finds out before anything goes wrong. */
-#define SWE_LAYOUT_SIZES 6
+/* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_channel_info,
+ * swe_channel, in this order: a caller compiled against another header finds out before anything goes wrong. */
+#define SWE_LAYOUT_SIZES 7
 void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]);
 
 /* Provokes an assertion inside ODE. A sound library returns SWE_PHYSICS_ERROR; nothing else is touched. */
@@ -250,7 +250,7 @@ typedef struct swe_outcome {
     int32_t status;          /* swe_status of this episode; all else is meaningless unless SWE_OK */
     uint32_t ode_messages;   /* warnings of ODE's solver; each makes a step be tried again */
     uint32_t unsolved_steps; /* steps that no further try mended */
-    uint32_t control_steps;  /* done: those of the horizon unless the episode failed */
+    uint32_t control_steps;  /* done: those of the horizon at the end of an episode */
     uint64_t hash;           /* of every body's state at every control step */
     double push_time;        /* first touch of box and target wall [s]; NaN: never */
     double box_pose[3];      /* at the end: x [m], y [m], heading [rad] */
@@ -259,24 +259,23 @@ typedef struct swe_outcome {
     double min_upright;      /* smallest cosine of any body's tilt; below 0.5 a robot has fallen */
 } swe_outcome;
 
+/* What can be recorded of an episode, at each control step, before the command acts. docs/channels.md says what each
+ * channel means; the table is the library's, so that a caller can compare it with its own. */
+typedef struct swe_channel_info {
+    const char* name;  /* valid as long as the library */
+    int32_t per_robot; /* 1: values of each robot; 0: of the world */
+    uint32_t width;    /* values, of each robot or of the world */
+} swe_channel_info;
+
+uint32_t swe_channel_count(void);
+swe_status swe_channel_describe(swe_channel_info* info, uint32_t channel); /* below swe_channel_count() */
+
+/* A channel that is wanted, and where to. */
 typedef struct swe_channel {
-    double* data;  /* NULL: not wanted */
-    size_t length; /* in doubles; must be exact */
+    const char* name;
+    double* values; /* (episodes, control steps, robots, width), without robots where the channel is of the world */
+    size_t length;  /* in doubles; must be exact */
 } swe_channel;
-
-/* Recorded at each control step, before the command acts. First axis: episodes; second: control steps. */
-typedef struct swe_telemetry {
-    uint32_t struct_size;
-    swe_channel pose;        /* (..., robots, 3): x, y, heading in [-pi, pi] */
-    swe_channel command;     /* (..., robots, SWE_COMMANDS), clipped, without noise */
-    swe_channel infrared;    /* (..., robots, SWE_INFRARED_SENSORS) */
-    swe_channel touch;       /* (..., robots, SWE_TOUCH_SENSORS) */
-    swe_channel rf;          /* (..., robots): S */
-    swe_channel box;         /* (..., 3): x, y, heading */
-    swe_channel box_contact; /* (...): 1 where the box touches the target wall, else 0 */
-} swe_telemetry;
-
-void swe_telemetry_init(swe_telemetry* telemetry);
 
 typedef struct swe_batch swe_batch;
 
@@ -287,21 +286,43 @@ void swe_batch_destroy(swe_batch* batch);
  * threads, in any order or division into calls.
  *   outcomes       n
  *   homing_times   (n, robots): first time a robot's centre is within the emitter's range [s]; NaN: never
- *   telemetry      NULL: none
+ *   channels       n_channels of them; NULL and 0: none
  *   robot_policies (n, robots): index into policies
  * An episode that fails leaves its reason in its outcome and in swe_batch_episode_message; the call returns SWE_OK. */
-swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_telemetry* telemetry, swe_batch* batch,
-                         const swe_episode* episodes, size_t n, const swe_policy* policies, size_t n_policies,
-                         const uint32_t* robot_policies);
+swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_channel* channels, size_t n_channels,
+                         swe_batch* batch, const swe_episode* episodes, size_t n, const swe_policy* policies,
+                         size_t n_policies, const uint32_t* robot_policies);
 
 /* "" or why episode i of the last run or lockstep failed. */
 const char* swe_batch_episode_message(const swe_batch* batch, size_t episode);
 
-/* Lockstep, for controllers outside the library: begin, then as often as there are control steps observe and advance,
- * then end. Telemetry buffers must outlive the end. A failed episode stands still and observes zeros. */
-swe_status swe_lockstep_begin(swe_batch* batch, const swe_telemetry* telemetry, const swe_episode* episodes, size_t n);
-swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);   /* (n, robots, 13) */
-swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length); /* (n, robots, 2) */
+/* Lockstep, for controllers outside the library: begin, then the others in any order, as a rule observe and advance in
+ * turn, then end. A world keeps its own count of control steps, and what it does never depends on the others. One that
+ * has failed or is at its horizon stands still until it is reset. The channels' buffers must outlive the end. */
+swe_status swe_lockstep_begin(swe_batch* batch, const swe_channel* channels, size_t n_channels,
+                              const swe_episode* episodes, size_t n);
+
+/* What robots sense now, (n, robots, SWE_OBSERVATIONS); zeros where the world has failed. */
+swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);
+
+/* Lets commands (n, robots, SWE_COMMANDS) act for one control period. SWE_INVALID_ARGUMENT if no world can go on. */
+swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length);
+
+/* Worlds that can go on, and worlds that have failed; the others are at their horizon. */
+swe_status swe_lockstep_count(uint32_t* movable, uint32_t* failed, const swe_batch* batch);
+
+/* Begins n new episodes in some worlds, each named once; what is recorded of them begins anew. One that cannot begin
+ * has failed: its reason is in its outcome and in swe_batch_episode_message. */
+swe_status swe_lockstep_reset(swe_batch* batch, const uint32_t* worlds, const swe_episode* episodes, size_t n);
+
+/* All worlds at this moment, of which nothing changes.
+ *   outcomes      n, as if the episodes ended now; NULL: not wanted
+ *   homing_times  (n, robots); NULL: not wanted
+ *   channels      n_channels of them, each with one control step for an episode; NaN where the world has failed, and
+ * the command before the first step */
+swe_status swe_lockstep_state(swe_outcome* outcomes, double* homing_times, const swe_channel* channels,
+                              size_t n_channels, swe_batch* batch);
+
 swe_status swe_lockstep_end(swe_outcome* outcomes, double* homing_times, swe_batch* batch);
 
 /* [cffi ends] */

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "batch.hpp"
+#include "channels.hpp"
 #include "error.hpp"
 #include "policy.hpp"
 #include "scene.hpp"
@@ -22,7 +23,6 @@ struct swe_networks {
 };
 struct swe_batch {
     Batch batch;
-    bool observed = false;  // in lockstep: observe and advance take turns
 };
 
 namespace {
@@ -70,25 +70,22 @@ void unset(Config* config) {
     config->struct_size = sizeof *config;
 }
 
-std::vector<Recorder> make_recorders(const swe_telemetry* telemetry, const Scene& scene, std::size_t n) {
+// Shares each channel's buffer out among n episodes of `steps` control steps.
+std::vector<Recorder> make_recorders(const swe_channel* channels, std::size_t n_channels, const Scene& scene,
+                                     std::size_t n, std::size_t steps) {
     std::vector<Recorder> recorders(n);
-    if (!telemetry) return recorders;
-    if (telemetry->struct_size != sizeof(swe_telemetry))
-        reject("swe_telemetry.struct_size: library and caller differ in version");
-    const RecordSizes sizes = record_sizes(scene);
-    const auto share_out = [&](const swe_channel& channel, std::size_t size, double* Recorder::*member,
-                               const char* name) {
-        if (!channel.data) return;
-        require_length(channel.length, n * size, name);
-        for (std::size_t i = 0; i < n; ++i) recorders[i].*member = channel.data + i * size;
-    };
-    share_out(telemetry->pose, sizes.pose, &Recorder::pose, "telemetry.pose");
-    share_out(telemetry->command, sizes.command, &Recorder::command, "telemetry.command");
-    share_out(telemetry->infrared, sizes.infrared, &Recorder::infrared, "telemetry.infrared");
-    share_out(telemetry->touch, sizes.touch, &Recorder::touch, "telemetry.touch");
-    share_out(telemetry->rf, sizes.rf, &Recorder::rf, "telemetry.rf");
-    share_out(telemetry->box, sizes.box, &Recorder::box, "telemetry.box");
-    share_out(telemetry->box_contact, sizes.box_contact, &Recorder::box_contact, "telemetry.box_contact");
+    if (n_channels > 0) require(channels, "channels");
+    for (std::size_t c = 0; c < n_channels; ++c) {
+        const swe_channel& wanted = channels[c];
+        require(wanted.name, "channels: name");
+        const std::string title = std::string("telemetry.") + wanted.name;
+        const Channel* known = find_channel(wanted.name);
+        if (!known) reject(title + ": expected a channel that swe_channel_describe tells, got none of that name");
+        const std::size_t size = steps * known->size(scene);
+        require_length(wanted.length, n * size, title.c_str());
+        if (n > 0) require(wanted.values, title.c_str());
+        for (std::size_t i = 0; i < n; ++i) recorders[i].push_back({known, wanted.values + i * size});
+    }
     return recorders;
 }
 
@@ -118,6 +115,18 @@ void check_lockstep(const swe_batch* batch, bool running) {
         reject(running ? "lockstep: expected swe_lockstep_begin first" : "lockstep: expected swe_lockstep_end first");
 }
 
+// Each world once.
+void check_worlds(const std::uint32_t* worlds, std::size_t n, std::size_t all) {
+    std::vector<bool> named(all);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::string title = "worlds[" + std::to_string(i) + "]: ";
+        if (worlds[i] >= all)
+            reject(title + "expected an index below " + std::to_string(all) + ", got " + std::to_string(worlds[i]));
+        if (named[worlds[i]]) reject(title + "expected each world once, got " + std::to_string(worlds[i]) + " again");
+        named[worlds[i]] = true;
+    }
+}
+
 }  // namespace
 
 extern "C" {
@@ -139,9 +148,9 @@ const char* swe_build_info(void) {
 }
 
 void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]) {
-    const std::size_t all[SWE_LAYOUT_SIZES] = {sizeof(swe_scene_config), sizeof(swe_network_config),
-                                               sizeof(swe_policy),       sizeof(swe_episode),
-                                               sizeof(swe_outcome),      sizeof(swe_telemetry)};
+    const std::size_t all[SWE_LAYOUT_SIZES] = {
+        sizeof(swe_scene_config), sizeof(swe_network_config), sizeof(swe_policy), sizeof(swe_episode),
+        sizeof(swe_outcome),      sizeof(swe_channel_info),   sizeof(swe_channel)};
     for (int i = 0; i < SWE_LAYOUT_SIZES; ++i) sizes[i] = static_cast<std::uint32_t>(all[i]);
 }
 
@@ -206,12 +215,24 @@ swe_status swe_networks_policies(swe_policy* policies, size_t capacity, const sw
     });
 }
 
-// ---- batch ----
+// ---- telemetry ----
 
-void swe_telemetry_init(swe_telemetry* telemetry) {
-    std::memset(telemetry, 0, sizeof *telemetry);
-    telemetry->struct_size = sizeof *telemetry;
+uint32_t swe_channel_count(void) {
+    return static_cast<std::uint32_t>(channel_count());
 }
+
+swe_status swe_channel_describe(swe_channel_info* info, uint32_t i) {
+    return guarded([&] {
+        require(info, "info");
+        if (i >= channel_count())
+            reject("channel: expected a number below " + std::to_string(channel_count()) + ", got " +
+                   std::to_string(i));
+        const Channel& described = channel(i);
+        *info = {described.name, described.per_robot, described.width};
+    });
+}
+
+// ---- batch ----
 
 swe_status swe_batch_create(swe_batch** batch, const swe_scene* scene, uint32_t threads) {
     return guarded([&] {
@@ -227,9 +248,9 @@ void swe_batch_destroy(swe_batch* batch) {
     delete batch;
 }
 
-swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_telemetry* telemetry, swe_batch* batch,
-                         const swe_episode* episodes, size_t n, const swe_policy* policies, size_t n_policies,
-                         const uint32_t* robot_policies) {
+swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_channel* channels, size_t n_channels,
+                         swe_batch* batch, const swe_episode* episodes, size_t n, const swe_policy* policies,
+                         size_t n_policies, const uint32_t* robot_policies) {
     return guarded([&] {
         check_lockstep(batch, false);
         if (n == 0) return;
@@ -238,8 +259,8 @@ swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_
         check_episodes(episodes, n);
         const Scene& scene = batch->batch.scene();
         check_policies(policies, n_policies, robot_policies, n * scene.robots);
-        batch->batch.run(outcomes, homing_times, make_recorders(telemetry, scene, n), episodes, n, policies,
-                         robot_policies);
+        batch->batch.run(outcomes, homing_times, make_recorders(channels, n_channels, scene, n, scene.control_steps),
+                         episodes, n, policies, robot_policies);
     });
 }
 
@@ -247,12 +268,13 @@ const char* swe_batch_episode_message(const swe_batch* batch, size_t episode) {
     return batch ? batch->batch.message(episode).c_str() : "";
 }
 
-swe_status swe_lockstep_begin(swe_batch* batch, const swe_telemetry* telemetry, const swe_episode* episodes, size_t n) {
+swe_status swe_lockstep_begin(swe_batch* batch, const swe_channel* channels, size_t n_channels,
+                              const swe_episode* episodes, size_t n) {
     return guarded([&] {
         check_lockstep(batch, false);
         check_episodes(episodes, n);
-        batch->batch.begin(make_recorders(telemetry, batch->batch.scene(), n), episodes, n);
-        batch->observed = false;
+        const Scene& scene = batch->batch.scene();
+        batch->batch.begin(make_recorders(channels, n_channels, scene, n, scene.control_steps), episodes, n);
     });
 }
 
@@ -261,9 +283,7 @@ swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* 
         check_lockstep(batch, true);
         require(observations, "observations");
         require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_OBSERVATIONS, "observations");
-        if (batch->batch.steps_left() == 0) reject("lockstep: the horizon is reached: expected swe_lockstep_end");
         batch->batch.observe(observations);
-        batch->observed = true;
     });
 }
 
@@ -272,9 +292,39 @@ swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t
         check_lockstep(batch, true);
         require(commands, "commands");
         require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_COMMANDS, "commands");
-        if (!batch->observed) reject("lockstep: expected swe_lockstep_observe before each advance");
+        if (batch->batch.movable() == 0)
+            reject("lockstep: expected a world that can go on, but each is at its horizon or has failed: reset some");
         batch->batch.advance(commands);
-        batch->observed = false;
+    });
+}
+
+swe_status swe_lockstep_count(uint32_t* movable, uint32_t* failed, const swe_batch* batch) {
+    return guarded([&] {
+        require(movable, "movable");
+        require(failed, "failed");
+        check_lockstep(batch, true);
+        *movable = static_cast<std::uint32_t>(batch->batch.movable());
+        *failed = static_cast<std::uint32_t>(batch->batch.failed());
+    });
+}
+
+swe_status swe_lockstep_reset(swe_batch* batch, const uint32_t* worlds, const swe_episode* episodes, size_t n) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        if (n > 0) require(worlds, "worlds");
+        check_episodes(episodes, n);
+        check_worlds(worlds, n, batch->batch.worlds());
+        batch->batch.reset(worlds, episodes, n);
+    });
+}
+
+swe_status swe_lockstep_state(swe_outcome* outcomes, double* homing_times, const swe_channel* channels,
+                              size_t n_channels, swe_batch* batch) {
+    return guarded([&] {
+        check_lockstep(batch, true);
+        if (homing_times) require(outcomes, "outcomes");
+        Batch& state = batch->batch;
+        state.state(outcomes, homing_times, make_recorders(channels, n_channels, state.scene(), state.worlds(), 1));
     });
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <new>
+#include <utility>
 
 #include "error.hpp"
 
@@ -81,16 +82,32 @@ void Batch::run(swe_outcome* outcomes, double* homing_times, const std::vector<R
     });
 }
 
-void Batch::begin(const std::vector<Recorder>& records, const swe_episode* episodes, std::size_t n) {
+// Begins a world's episode, in place of the one before.
+void Batch::start(std::size_t i, const swe_episode& episode) {
+    statuses_[i] = SWE_OK;
+    messages_[i].clear();
+    lockstep_[i].reset();
+    attempt(i, [&] { lockstep_[i] = std::make_unique<Episode>(*scene_, key_of(episode), records_[i]); });
+}
+
+void Batch::begin(std::vector<Recorder> records, const swe_episode* episodes, std::size_t n) {
     messages_.assign(n, "");
     statuses_.assign(n, SWE_OK);
+    records_ = std::move(records);
     lockstep_.clear();
     lockstep_.resize(n);
-    pool_.for_each(n, [&](std::size_t i) {
-        attempt(i, [&] { lockstep_[i] = std::make_unique<Episode>(*scene_, key_of(episodes[i]), records[i]); });
-    });
-    steps_left_ = scene_->control_steps;
+    pool_.for_each(n, [&](std::size_t i) { start(i, episodes[i]); });
     running_ = true;
+}
+
+std::size_t Batch::movable() const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < lockstep_.size(); ++i) count += can_go_on(i);
+    return count;
+}
+
+std::size_t Batch::failed() const {
+    return lockstep_.size() - static_cast<std::size_t>(std::count(statuses_.begin(), statuses_.end(), SWE_OK));
 }
 
 void Batch::observe(double* observations) {
@@ -104,15 +121,35 @@ void Batch::observe(double* observations) {
 
 void Batch::advance(const double* commands) {
     const std::size_t size = scene_->robots * SWE_COMMANDS;
-    pool_.for_each(lockstep_.size(),
-                   [&](std::size_t i) { attempt(i, [&] { lockstep_[i]->advance(commands + i * size); }); });
-    --steps_left_;
+    pool_.for_each(lockstep_.size(), [&](std::size_t i) {
+        if (can_go_on(i)) attempt(i, [&] { lockstep_[i]->advance(commands + i * size); });
+    });
+}
+
+void Batch::reset(const std::uint32_t* worlds, const swe_episode* episodes, std::size_t n) {
+    pool_.for_each(n, [&](std::size_t i) { start(worlds[i], episodes[i]); });
+}
+
+void Batch::state(swe_outcome* outcomes, double* homing_times, const std::vector<Recorder>& channels) {
+    pool_.for_each(lockstep_.size(), [&](std::size_t i) {
+        for (const Track& track : channels[i])
+            std::fill_n(track.values, track.channel->size(*scene_), std::numeric_limits<double>::quiet_NaN());
+        attempt(i, [&] {
+            if (channels[i].empty()) return;
+            const Moment now = lockstep_[i]->moment();
+            for (const Track& track : channels[i]) track.channel->write(track.values, now);
+        });
+    });
+    std::vector<double> unwanted(homing_times ? 0 : scene_->robots);
+    for (std::size_t i = 0; outcomes && i < lockstep_.size(); ++i)
+        outcomes[i] = finish(i, lockstep_[i].get(), homing_times ? homing_times + i * scene_->robots : unwanted.data());
 }
 
 void Batch::end(swe_outcome* outcomes, double* homing_times) {
     for (std::size_t i = 0; i < lockstep_.size(); ++i)
         outcomes[i] = finish(i, lockstep_[i].get(), homing_times + i * scene_->robots);
     lockstep_.clear();
+    records_.clear();
     running_ = false;
 }
 

@@ -23,13 +23,18 @@ class Batch {
              const swe_episode* episodes, std::size_t n, const swe_policy* policies,
              const std::uint32_t* robot_policies);
 
-    // Lockstep: begin, (observe, advance) for every control step, end.
-    void begin(const std::vector<Recorder>& records, const swe_episode* episodes, std::size_t n);
+    // Lockstep: begin, then observe, advance, reset and state in any order, end. What a world does never depends on the
+    // others; one that has failed or is at its horizon stands still until it is reset.
+    void begin(std::vector<Recorder> records, const swe_episode* episodes, std::size_t n);
     bool running() const { return running_; }
     std::size_t worlds() const { return lockstep_.size(); }
-    unsigned steps_left() const { return steps_left_; }
+    std::size_t movable() const;  // worlds that can go on
+    std::size_t failed() const;   // worlds
     void observe(double* observations);
     void advance(const double* commands);
+    void reset(const std::uint32_t* worlds, const swe_episode* episodes, std::size_t n);  // worlds: each once
+    // Outcomes and homing times so far, null if not wanted, and this moment's channels, to one recorder for each world.
+    void state(swe_outcome* outcomes, double* homing_times, const std::vector<Recorder>& channels);
     void end(swe_outcome* outcomes, double* homing_times);
 
     // "" where episode i went well.
@@ -38,6 +43,8 @@ class Batch {
   private:
     template <typename Body>
     void attempt(std::size_t i, Body body);
+    void start(std::size_t i, const swe_episode& episode);
+    bool can_go_on(std::size_t i) const { return statuses_[i] == SWE_OK && !lockstep_[i]->done(); }
     swe_outcome finish(std::size_t i, const Episode* episode, double* homing_times) const;
 
     const std::shared_ptr<const Scene> scene_;
@@ -46,8 +53,8 @@ class Batch {
     std::vector<swe_status> statuses_;
 
     bool running_ = false;
-    unsigned steps_left_ = 0;
-    std::vector<std::unique_ptr<Episode>> lockstep_;
+    std::vector<Recorder> records_;                   // of the worlds in lockstep
+    std::vector<std::unique_ptr<Episode>> lockstep_;  // null where the episode could not begin
 };
 
 }  // namespace swarmevo

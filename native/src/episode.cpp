@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "epuck.hpp"
 #include "error.hpp"
@@ -12,7 +13,7 @@
 namespace swarmevo {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotYet = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTouchDistance = 0.002;        // between box and wall [m]
 constexpr unsigned kPlacementAttempts = 10000;  // for each robot
 constexpr std::uint64_t kHashStart = 0xCBF29CE484222325u;
@@ -73,22 +74,16 @@ bool box_touches_target(const Scene& scene, const Pose& box) {
     }
 }
 
-RecordSizes record_sizes(const Scene& scene) {
-    const std::size_t steps = scene.control_steps, rows = steps * scene.robots;
-    return {rows * 3, rows * SWE_COMMANDS, rows * SWE_INFRARED_SENSORS, rows * SWE_TOUCH_SENSORS, rows, steps * 3,
-            steps};
-}
-
-Episode::Episode(const Scene& scene, const EpisodeKey& key, const Recorder& recorder)
+Episode::Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder)
     : scene_(scene),
       key_(key),
-      recorder_(recorder),
+      recorder_(std::move(recorder)),
       world_(scene, draw_starts(scene, key)),
       observations_(scene.robots * SWE_OBSERVATIONS),
       strengths_(scene.robots),
-      clipped_(scene.robots * SWE_COMMANDS),
-      homing_times_(scene.robots, kNever),
-      push_time_(kNever),
+      clipped_(scene.robots * SWE_COMMANDS, kNotYet),
+      homing_times_(scene.robots, kNotYet),
+      push_time_(kNotYet),
       hash_(world_.fold_state(kHashStart)) {
     now_.robots.resize(scene.robots);
     look_around();
@@ -103,11 +98,12 @@ void Episode::look_around() {
             homing_times_[robot] = time;
     }
     now_.box = world_.box_pose();
-    box_touches_wall_ = box_touches_target(scene_, now_.box);
-    if (std::isnan(push_time_) && box_touches_wall_) push_time_ = time;
+    box_touches_target_ = box_touches_target(scene_, now_.box);
+    if (std::isnan(push_time_) && box_touches_target_) push_time_ = time;
 }
 
 const double* Episode::observe() {
+    if (is_observed_) return observations_.data();
     for (unsigned robot = 0; robot < scene_.robots; ++robot) {
         double* readings = &observations_[robot * SWE_OBSERVATIONS];
         sense_infrared(scene_, now_, key_, step_, robot, readings);
@@ -115,6 +111,7 @@ const double* Episode::observe() {
         strengths_[robot] = sense_rf(scene_, now_, key_, step_, robot);
         readings[SWE_OBSERVATIONS - 1] = strengths_[robot] / scene_.emitter.strength[1];
     }
+    is_observed_ = true;
     return observations_.data();
 }
 
@@ -126,7 +123,7 @@ void Episode::advance(const double* commands) {
                                               std::to_string(step_));
         clipped_[i] = std::clamp(commands[i], -1.0, 1.0);
     }
-    record(clipped_.data());
+    record();
 
     for (unsigned robot = 0; robot < scene_.robots; ++robot) {
         const auto words = draw(key_, Purpose::wheels, robot, step_);
@@ -137,24 +134,19 @@ void Episode::advance(const double* commands) {
     for (unsigned i = 0; i < scene_.substeps; ++i) world_.step();
     ++step_;
     hash_ = world_.fold_state(hash_);
+    is_observed_ = false;
     look_around();
 }
 
-void Episode::record(const double* commands) {
-    const Recorder& r = recorder_;
-    const std::size_t robots = scene_.robots;
-    for (std::size_t robot = 0; robot < robots; ++robot) {
-        const std::size_t row = step_ * robots + robot;
-        const double* readings = &observations_[robot * SWE_OBSERVATIONS];
-        const Pose& pose = now_.robots[robot];
-        if (r.pose) std::copy_n(&pose.x, 3, r.pose + row * 3);
-        if (r.command) std::copy_n(commands + robot * SWE_COMMANDS, SWE_COMMANDS, r.command + row * SWE_COMMANDS);
-        if (r.infrared) std::copy_n(readings, SWE_INFRARED_SENSORS, r.infrared + row * SWE_INFRARED_SENSORS);
-        if (r.touch) std::copy_n(readings + SWE_INFRARED_SENSORS, SWE_TOUCH_SENSORS, r.touch + row * SWE_TOUCH_SENSORS);
-        if (r.rf) r.rf[row] = strengths_[robot];
-    }
-    if (r.box) std::copy_n(&now_.box.x, 3, r.box + step_ * 3);
-    if (r.box_contact) r.box_contact[step_] = box_touches_wall_;
+Moment Episode::moment() {
+    observe();
+    return {now_, box_touches_target_, observations_.data(), strengths_.data(), clipped_.data()};
+}
+
+void Episode::record() {
+    if (recorder_.empty()) return;
+    const Moment now = moment();
+    for (const Track& track : recorder_) track.channel->write(track.values + step_ * track.channel->size(scene_), now);
 }
 
 swe_outcome Episode::outcome(double* homing_times) const {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "channels.hpp"
 #include "rng.hpp"
 #include "scene.hpp"
 #include "sensors.hpp"
@@ -11,38 +12,29 @@
 
 namespace swarmevo {
 
-// Where one episode writes its telemetry: a pointer for each channel, null if not wanted.
-struct Recorder {
-    double *pose = nullptr, *command = nullptr, *infrared = nullptr, *touch = nullptr, *rf = nullptr, *box = nullptr,
-           *box_contact = nullptr;
-};
-
-// Doubles that one episode writes into each channel.
-struct RecordSizes {
-    std::size_t pose, command, infrared, touch, rf, box, box_contact;
-};
-RecordSizes record_sizes(const Scene& scene);
-
 class Episode {
   public:
     // Throws Error if the robots cannot be placed.
-    Episode(const Scene& scene, const EpisodeKey& key, const Recorder& recorder);
+    Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder);
 
     bool done() const { return step_ == scene_.control_steps; }
 
-    // (robots, SWE_OBSERVATIONS) of this moment.
+    // (robots, SWE_OBSERVATIONS) of this moment, sensed once.
     const double* observe();
 
-    // Lets commands (robots, SWE_COMMANDS) act for one control period. After observe().
+    // Lets commands (robots, SWE_COMMANDS) act for one control period. Not when done.
     // Throws Error: a command is not finite, or the physics failed.
     void advance(const double* commands);
 
-    // After the last step. Outcome of the episode; homing_times (robots).
+    // This moment, sensed; its commands are those of the last step, NaN before the first. Valid until the next step.
+    Moment moment();
+
+    // Outcome so far; homing_times (robots).
     swe_outcome outcome(double* homing_times) const;
 
   private:
     void look_around();
-    void record(const double* commands);
+    void record();
 
     const Scene& scene_;
     const EpisodeKey key_;
@@ -51,7 +43,8 @@ class Episode {
     unsigned step_ = 0;
 
     Snapshot now_;
-    bool box_touches_wall_ = false;
+    bool box_touches_target_ = false;
+    bool is_observed_ = false;
     std::vector<double> observations_, strengths_, clipped_, homing_times_;
     double push_time_;
     std::uint64_t hash_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,8 +37,9 @@ struct Handles {
         swe_batch_destroy(batch);
     }
 
-    swe_status run(const swe_telemetry* telemetry = nullptr) {
-        return swe_batch_run(&outcome, homing, telemetry, batch, &episode, 1, &policy, 1, drivers.data());
+    swe_status run(const std::vector<swe_channel>& channels = {}) {
+        return swe_batch_run(&outcome, homing, channels.data(), channels.size(), batch, &episode, 1, &policy, 1,
+                             drivers.data());
     }
 };
 
@@ -57,6 +60,21 @@ TEST_CASE("the library tells what it is") {
     CHECK(complains("bad world argument"));
 }
 
+TEST_CASE("channels are told by number") {
+    swe_channel_info info;
+    std::vector<std::string> names;
+    for (std::uint32_t i = 0; i < swe_channel_count(); ++i) {
+        REQUIRE(swe_channel_describe(&info, i) == SWE_OK);
+        CHECK(info.width >= 1);
+        names.push_back(info.name);
+    }
+    CHECK(names.front() == "pose");
+    CHECK(std::set<std::string>(names.begin(), names.end()).size() == names.size());
+    CHECK(swe_channel_describe(&info, swe_channel_count()) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("channel: expected a number below"));
+    CHECK(swe_channel_describe(nullptr, 0) == SWE_INVALID_ARGUMENT);
+}
+
 TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
     Handles handles;
     swe_scene* scene = nullptr;
@@ -65,11 +83,11 @@ TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
     CHECK(complains("config"));
     CHECK(swe_batch_create(nullptr, handles.scene, 1) == SWE_INVALID_ARGUMENT);
     CHECK(swe_batch_create(&handles.batch, nullptr, 1) == SWE_INVALID_ARGUMENT);
-    CHECK(swe_batch_run(nullptr, handles.homing, nullptr, handles.batch, &handles.episode, 1, &handles.policy, 1,
+    CHECK(swe_batch_run(nullptr, handles.homing, nullptr, 0, handles.batch, &handles.episode, 1, &handles.policy, 1,
                         handles.drivers.data()) == SWE_INVALID_ARGUMENT);
-    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, nullptr, &handles.episode, 1, &handles.policy, 1,
+    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, 0, nullptr, &handles.episode, 1, &handles.policy, 1,
                         handles.drivers.data()) == SWE_INVALID_ARGUMENT);
-    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, handles.batch, &handles.episode, 1, nullptr, 0,
+    CHECK(swe_batch_run(&handles.outcome, handles.homing, nullptr, 0, handles.batch, &handles.episode, 1, nullptr, 0,
                         handles.drivers.data()) == SWE_INVALID_ARGUMENT);
     CHECK(swe_networks_policies(nullptr, 0, nullptr) == SWE_INVALID_ARGUMENT);
     swe_scene_destroy(nullptr);
@@ -82,14 +100,15 @@ TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
 
 TEST_CASE("wrong sizes and indices are refused before anything runs") {
     Handles handles;
-    swe_telemetry telemetry;
-    swe_telemetry_init(&telemetry);
     std::vector<double> buffer(10 * 5 * 3);
-    telemetry.pose = {buffer.data(), buffer.size() - 1};
-    CHECK(handles.run(&telemetry) == SWE_INVALID_ARGUMENT);
+    CHECK(handles.run({{"pose", buffer.data(), buffer.size() - 1}}) == SWE_INVALID_ARGUMENT);
     CHECK(complains("telemetry.pose: expected 150 values, got 149"));
-    telemetry.pose.length = buffer.size();
-    CHECK(handles.run(&telemetry) == SWE_OK);
+    CHECK(handles.run({{"smell", buffer.data(), buffer.size()}}) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("telemetry.smell: expected a channel"));
+    CHECK(handles.run({{nullptr, buffer.data(), buffer.size()}}) == SWE_INVALID_ARGUMENT);
+    CHECK(handles.run({{"pose", nullptr, buffer.size()}}) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("telemetry.pose: expected a pointer, got NULL"));
+    CHECK(handles.run({{"pose", buffer.data(), buffer.size()}}) == SWE_OK);
     CHECK(buffer[1] < -0.38);
 
     handles.drivers[3] = 1;
@@ -106,22 +125,77 @@ TEST_CASE("wrong sizes and indices are refused before anything runs") {
     CHECK(swe_batch_create(&batch, handles.scene, 2000) == SWE_INVALID_ARGUMENT);
 }
 
-TEST_CASE("lockstep calls out of order are refused") {
+TEST_CASE("lockstep calls out of place are refused") {
     Handles h;
     std::vector<double> observations(5 * SWE_OBSERVATIONS), commands(5 * SWE_COMMANDS);
+    std::uint32_t movable = 9, failed = 9;
+    const std::uint32_t world = 0;
     CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_INVALID_ARGUMENT);
     CHECK(complains("swe_lockstep_begin first"));
-    REQUIRE(swe_lockstep_begin(h.batch, nullptr, &h.episode, 1) == SWE_OK);
+    CHECK(swe_lockstep_count(&movable, &failed, h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_reset(h.batch, &world, &h.episode, 1) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_state(nullptr, nullptr, nullptr, 0, h.batch) == SWE_INVALID_ARGUMENT);
+    REQUIRE(swe_lockstep_begin(h.batch, nullptr, 0, &h.episode, 1) == SWE_OK);
     CHECK(h.run() == SWE_INVALID_ARGUMENT);
-    CHECK(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_INVALID_ARGUMENT);
-    CHECK(complains("observe before"));
+    CHECK(complains("swe_lockstep_end first"));
     CHECK(swe_lockstep_observe(observations.data(), 3, h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_advance(h.batch, commands.data(), 3) == SWE_INVALID_ARGUMENT);
     for (int i = 0; i < 10; ++i) {
         REQUIRE(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_OK);
         REQUIRE(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_OK);
     }
-    CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_OK);
+    CHECK(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("expected a world that can go on"));
+    REQUIRE(swe_lockstep_count(&movable, &failed, h.batch) == SWE_OK);
+    CHECK(movable == 0);
+    CHECK(failed == 0);
     CHECK(swe_lockstep_end(&h.outcome, h.homing, h.batch) == SWE_OK);
     CHECK(h.outcome.control_steps == 10);
     CHECK(h.run() == SWE_OK);
+}
+
+TEST_CASE("a lockstep that is reset wrongly goes on as it was") {
+    Handles h;
+    const swe_episode episodes[2] = {{1, 0, 0, 0}, {1, 0, 0, 1}};
+    swe_episode wrong[2] = {{1, 0, 1, 0}, {1, 65536, 1, 1}};
+    const std::vector<double> commands(2 * 5 * SWE_COMMANDS, 0.5);
+    REQUIRE(swe_lockstep_begin(h.batch, nullptr, 0, episodes, 2) == SWE_OK);
+    REQUIRE(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_OK);
+    const std::uint32_t both[2] = {0, 1}, beyond[2] = {0, 2}, twice[2] = {1, 1};
+    CHECK(swe_lockstep_reset(h.batch, both, wrong, 2) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("episodes[1]: expected trial and repeat below 65536"));
+    CHECK(swe_lockstep_reset(h.batch, beyond, episodes, 2) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("worlds[1]: expected an index below 2, got 2"));
+    CHECK(swe_lockstep_reset(h.batch, twice, episodes, 2) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("worlds[1]: expected each world once, got 1 again"));
+    CHECK(swe_lockstep_reset(h.batch, nullptr, episodes, 2) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_reset(h.batch, both, nullptr, 2) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_reset(nullptr, both, episodes, 2) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_reset(h.batch, nullptr, nullptr, 0) == SWE_OK);
+    swe_outcome outcomes[2];
+    double homing[10];
+    REQUIRE(swe_lockstep_state(outcomes, homing, nullptr, 0, h.batch) == SWE_OK);
+    CHECK(outcomes[0].control_steps == 1);
+    CHECK(outcomes[1].control_steps == 1);
+    REQUIRE(swe_lockstep_reset(h.batch, both + 1, episodes, 1) == SWE_OK);
+    REQUIRE(swe_lockstep_state(outcomes, nullptr, nullptr, 0, h.batch) == SWE_OK);
+    CHECK(outcomes[0].control_steps == 1);
+    CHECK(outcomes[1].control_steps == 0);
+    CHECK(swe_lockstep_end(outcomes, homing, h.batch) == SWE_OK);
+}
+
+TEST_CASE("the state of a lockstep is what was asked for") {
+    Handles h;
+    REQUIRE(swe_lockstep_begin(h.batch, nullptr, 0, &h.episode, 1) == SWE_OK);
+    std::vector<double> rf(5), command(10);
+    const std::vector<swe_channel> channels = {{"rf", rf.data(), 5}, {"command", command.data(), 10}};
+    REQUIRE(swe_lockstep_state(nullptr, nullptr, channels.data(), 2, h.batch) == SWE_OK);
+    CHECK(rf[4] == 1);
+    CHECK(std::isnan(command[0]));
+    const swe_channel wrong = {"rf", rf.data(), 50};
+    CHECK(swe_lockstep_state(nullptr, nullptr, &wrong, 1, h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(complains("telemetry.rf: expected 5 values, got 50"));
+    CHECK(swe_lockstep_state(nullptr, h.homing, nullptr, 0, h.batch) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_lockstep_state(nullptr, nullptr, nullptr, 0, nullptr) == SWE_INVALID_ARGUMENT);
 }

@@ -98,7 +98,7 @@ TEST_CASE("lockstep gives the same bits as a native run") {
     batch.begin(std::vector<Recorder>(kEpisodes), episodes.data(), kEpisodes);
     std::vector<double> observations(kEpisodes * 5 * SWE_OBSERVATIONS), commands(kEpisodes * 5 * SWE_COMMANDS),
         memory(kEpisodes * 5);
-    while (batch.steps_left() > 0) {
+    while (batch.movable() > 0) {
         batch.observe(observations.data());
         for (std::size_t i = 0; i < kEpisodes; ++i)
             for (unsigned robot = 0; robot < 5; ++robot) {
@@ -111,6 +111,64 @@ TEST_CASE("lockstep gives the same bits as a native run") {
     Results results{std::vector<swe_outcome>(kEpisodes), std::vector<double>(kEpisodes * 5)};
     batch.end(results.outcomes.data(), results.homing.data());
     for (std::size_t i = 0; i < kEpisodes; ++i) CHECK(results.outcomes[i].hash == reference.outcomes[i].hash);
+}
+
+TEST_CASE("a world that is reset begins anew, and the others go on as if nothing had happened") {
+    const auto scene = short_scene();
+    const std::size_t size = 5 * SWE_COMMANDS;
+    const std::vector<double> commands(2 * size, 0.7);
+    const swe_episode episodes[3] = {episode(0), episode(1), episode(2)};
+    const auto outcomes = [&](Batch& batch) {
+        std::vector<swe_outcome> now(batch.worlds());
+        batch.state(now.data(), nullptr, std::vector<Recorder>(batch.worlds()));
+        return now;
+    };
+    const auto hash_after = [&](const swe_episode& key, int steps) {
+        Batch alone(scene, 1);
+        alone.begin(std::vector<Recorder>(1), &key, 1);
+        for (int i = 0; i < steps; ++i) alone.advance(commands.data());
+        return outcomes(alone)[0].hash;
+    };
+
+    Batch batch(scene, 2);
+    batch.begin(std::vector<Recorder>(2), episodes, 2);
+    for (int i = 0; i < 30; ++i) batch.advance(commands.data());
+    const std::uint32_t second = 1;
+    batch.reset(&second, &episodes[2], 1);
+    CHECK(outcomes(batch)[1].control_steps == 0);
+    for (int i = 0; i < 30; ++i) batch.advance(commands.data());  // the first is at its horizon after 20 of them
+    const auto now = outcomes(batch);
+    CHECK(now[0].control_steps == 50);
+    CHECK(now[0].hash == hash_after(episodes[0], 50));
+    CHECK(now[1].control_steps == 30);
+    CHECK(now[1].hash == hash_after(episodes[2], 30));
+    CHECK(batch.movable() == 1);
+    CHECK(batch.failed() == 0);
+}
+
+TEST_CASE("a world that has failed stands still, tells nothing, and can be reset") {
+    Batch batch(short_scene(), 1);
+    const swe_episode episodes[2] = {episode(0), episode(1)};
+    batch.begin(std::vector<Recorder>(2), episodes, 2);
+    std::vector<double> commands(2 * 5 * SWE_COMMANDS), observations(2 * 5 * SWE_OBSERVATIONS), pose(2 * 5 * 3);
+    const std::vector<Recorder> channels = {{{find_channel("pose"), &pose[0]}}, {{find_channel("pose"), &pose[15]}}};
+    commands[3] = NAN;
+    batch.advance(commands.data());
+    CHECK(batch.failed() == 1);
+    CHECK(batch.movable() == 1);
+    CHECK(batch.message(0).find("robot 1") != std::string::npos);
+    batch.observe(observations.data());
+    swe_outcome outcomes[2];
+    batch.state(outcomes, nullptr, channels);
+    CHECK(observations[12] == 0);
+    CHECK(observations[5 * SWE_OBSERVATIONS + 12] > 0);
+    CHECK(std::isnan(pose[0]));
+    CHECK(pose[16] < -0.38);
+    CHECK(outcomes[0].status == SWE_POLICY_ERROR);
+    const std::uint32_t first = 0;
+    batch.reset(&first, episodes, 1);
+    CHECK(batch.failed() == 0);
+    CHECK(batch.message(0).empty());
 }
 
 TEST_CASE("an episode that fails fails alone and says why") {

@@ -2,6 +2,8 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "episode.hpp"
@@ -69,22 +71,58 @@ TEST_CASE("telemetry tells what was seen and done before each step") {
     Fixture fixture;
     fixture.without_noise().config.episode.horizon = 1;
     const Scene scene = fixture.scene();
-    const RecordSizes sizes = record_sizes(scene);
-    std::vector<double> pose(sizes.pose), command(sizes.command), infrared(sizes.infrared), touch(sizes.touch),
-        rf(sizes.rf), box(sizes.box), contact(sizes.box_contact);
+    std::map<std::string, std::vector<double>> values;
+    Recorder recorder;
+    for (std::size_t i = 0; i < channel_count(); ++i) {
+        auto& own = values[channel(i).name];
+        own.resize(scene.control_steps * channel(i).size(scene));
+        recorder.push_back({&channel(i), own.data()});
+    }
     double homing[5];
-    run(scene, kKey, 2, -0.25, homing,
-        {pose.data(), command.data(), infrared.data(), touch.data(), rf.data(), box.data(), contact.data()});
+    run(scene, kKey, 2, -0.25, homing, recorder);
+    const auto &pose = values["pose"], &command = values["command"];
+    CHECK(pose.size() == 10 * 5 * 3);
     CHECK(pose[0] == doctest::Approx(-0.24));
     CHECK(pose[2] == doctest::Approx(-kPi / 2));
     CHECK(command[0] == 1);  // clipped
     CHECK(command[1] == -0.25);
-    CHECK(infrared[0] > 0);  // the south wall is 65 mm ahead
-    CHECK(rf[0] == 1);
-    CHECK(box[1] == doctest::Approx(0.345));
-    CHECK(contact[0] == 0);
-    CHECK(touch[0] == 0);
+    CHECK(values["infrared"][0] > 0);  // the south wall is 65 mm ahead
+    CHECK(values["rf"][0] == 1);
+    CHECK(values["box"][1] == doctest::Approx(0.345));
+    CHECK(values["box_contact"][0] == 0);
+    CHECK(values["touch"][0] == 0);
     CHECK(pose[pose.size() - 3] != pose[12]);
+}
+
+TEST_CASE("a moment is what telemetry records of it, but for the command, which is the last one") {
+    Fixture fixture;
+    fixture.config.episode.horizon = 1;
+    const Scene scene = fixture.scene();
+    std::map<std::string, std::vector<double>> values;
+    Recorder recorder;
+    for (std::size_t i = 0; i < channel_count(); ++i) {
+        auto& own = values[channel(i).name];
+        own.resize(scene.control_steps * channel(i).size(scene));
+        recorder.push_back({&channel(i), own.data()});
+    }
+    Episode episode(scene, kKey, recorder);
+    const std::vector<double> commands(10, 0.5);
+    CHECK(std::isnan(episode.moment().commands[0]));
+    for (unsigned step = 0; step < scene.control_steps; ++step) {
+        std::map<std::string, std::vector<double>> now;
+        for (std::size_t i = 0; i < channel_count(); ++i) {
+            now[channel(i).name].resize(channel(i).size(scene));
+            channel(i).write(now[channel(i).name].data(), episode.moment());
+        }
+        episode.advance(commands.data());
+        for (auto& [name, seen] : now) {
+            if (name == "command") continue;
+            CHECK(std::equal(seen.begin(), seen.end(), values[name].begin() + step * seen.size()));
+        }
+        CHECK(episode.moment().commands[9] == 0.5);
+    }
+    CHECK(episode.done());
+    episode.moment();  // there is one at the horizon, too
 }
 
 TEST_CASE("starts: jitter within its bounds, random ones free of everything") {

@@ -102,7 +102,7 @@ TEST_CASE("a batch that gets too few threads says so, and a smaller one runs") {
         swe_outcome outcome{};
         double homing[5];
         const swe_status status =
-            swe_batch_run(&outcome, homing, nullptr, batch, &episode, 1, &stand, 1, drivers.data());
+            swe_batch_run(&outcome, homing, nullptr, 0, batch, &episode, 1, &stand, 1, drivers.data());
         swe_batch_destroy(batch);
         swe_scene_destroy(scene);
         return status == SWE_OK && outcome.status == SWE_OK;

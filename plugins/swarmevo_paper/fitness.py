@@ -35,22 +35,14 @@ class BoxPushing:
         self.objectives = (Objective("box_pushing", "maximise", (0.0, 2.0 * strength)),)
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
-        """Return F1 ``(episodes, 1)``.
-
-        Raises:
-            ValueError: A channel is missing.
-        """
-        episodes = zip(*(_channel(telemetry, name) for name in self.channels), strict=True)
+        """Return F1 ``(episodes, 1)``."""
+        episodes = zip(telemetry.infrared, telemetry.touch, telemetry.rf, telemetry.command, strict=True)
         # One episode at a time: little memory, and the same bits whichever episodes stand beside it.
         return np.array([[self._f1(*episode)] for episode in episodes]).reshape(-1, 1)
 
     def terms(self, telemetry: Telemetry) -> dict[str, FloatArray]:
-        """Return the two terms of eq. 1, ``(episodes, steps)`` each, mean over the robots.
-
-        Raises:
-            ValueError: A channel is missing.
-        """
-        motion, pushing = _terms(*(_channel(telemetry, name) for name in self.channels))
+        """Return the two terms of eq. 1, ``(episodes, steps)`` each, mean over the robots."""
+        motion, pushing = _terms(telemetry.infrared, telemetry.touch, telemetry.rf, telemetry.command)
         return {"homing": motion.mean(axis=-1), "pushing": pushing.mean(axis=-1)}
 
     def _f1(self, infrared: FloatArray, touch: FloatArray, rf: FloatArray, command: FloatArray) -> float:
@@ -103,10 +95,3 @@ def _terms(
     w_left, w_right = w[..., 0], w[..., 1]
     v = (w_left + w_right) / 2
     return (1 - i) * w_left * w_right * v * s, s * b
-
-
-def _channel(telemetry: Telemetry, name: str) -> FloatArray:
-    channel: FloatArray | None = getattr(telemetry, name)
-    if channel is None:
-        raise ValueError(f"telemetry: expected the channel {name}, got none")
-    return channel

@@ -180,10 +180,10 @@ def census(config: Config, telemetry: Telemetry) -> dict[str, float]:
     Raises:
         ValueError: A channel is missing.
     """
-    channels = {name: getattr(telemetry, name) for name in CHANNELS}
-    missing = [name for name, channel in channels.items() if channel is None]
+    missing = [name for name in CHANNELS if name not in telemetry.channels]
     if missing:
         raise ValueError(f"telemetry: expected the channels {', '.join(CHANNELS)}; missing are {', '.join(missing)}")
+    channels = {name: telemetry.channels[name] for name in CHANNELS}
     seen = [
         Episode(
             config, homing_time=telemetry.homing_time[i], **{name: channel[i] for name, channel in channels.items()}

@@ -128,9 +128,8 @@ class Setup:
     @property
     def episode_bytes(self) -> int:
         """Size of an episode's telemetry."""
-        robots, steps = self.team.robots, self.team.scene.info.control_steps
-        shapes = [[robots if axis == "robots" else int(axis) for axis in CHANNELS[c]] for c in self.team.channels]
-        return 8 * steps * sum(math.prod(shape) for shape in shapes)
+        sizes = [CHANNELS[name].sizes(self.team.robots) for name in self.team.channels]
+        return 8 * self.team.scene.info.control_steps * sum(map(math.prod, sizes))
 
     def run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         """Run a job on the calling thread."""

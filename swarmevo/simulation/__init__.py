@@ -4,15 +4,17 @@
 from swarmevo.errors import InvalidArgument, SimulatorError
 from swarmevo.simulation.episodes import EpisodeKey, Episodes, simulate
 from swarmevo.simulation.library import library_info, selftest
-from swarmevo.simulation.lockstep import simulate_lockstep
+from swarmevo.simulation.lockstep import Lockstep, State, simulate_lockstep
 from swarmevo.simulation.scene import Scene, scene_errors, start_poses
 
 __all__ = [
     "EpisodeKey",
     "Episodes",
     "InvalidArgument",
+    "Lockstep",
     "Scene",
     "SimulatorError",
+    "State",
     "library_info",
     "scene_errors",
     "selftest",

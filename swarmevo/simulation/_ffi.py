@@ -7,6 +7,7 @@ header must lie beside it or in the package.
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import threading
@@ -14,15 +15,25 @@ from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from importlib.resources import files
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 from cffi import FFI
 
 from swarmevo.errors import InvalidArgument, SimulatorError
+from swarmevo.protocols import CHANNELS
 
 _LOADING = threading.Lock()
-_STRUCTS = ("scene_config", "network_config", "policy", "episode", "outcome", "telemetry")  # order of swe_abi_layout
+_STRUCTS = (  # in the order of swe_abi_layout
+    "scene_config",
+    "network_config",
+    "policy",
+    "episode",
+    "outcome",
+    "channel_info",
+    "channel",
+)
 _CFFI_PART = re.compile(r"/\* \[cffi begins\].*?\*/(.*)/\* \[cffi ends\] \*/", re.DOTALL)
 
 
@@ -80,6 +91,30 @@ def _check_abi(ffi: FFI, lib: Any, path: Path) -> None:
             )
 
 
+def _check_channels(ffi: FFI, lib: Any, path: Path) -> None:
+    """Refuse a library whose channels are not those of ``CHANNELS``, in name, shape or order."""
+    info, found = ffi.new("swe_channel_info *"), []
+    for i in range(lib.swe_channel_count()):
+        lib.swe_channel_describe(info, i)
+        found.append((ffi.string(info.name).decode(), bool(info.per_robot), info.width))
+    expected = [
+        (name, "robots" in channel.shape, math.prod(channel.sizes(robots=1))) for name, channel in CHANNELS.items()
+    ]
+    for here, there in zip_longest(expected, found):
+        if here != there:
+            raise SimulatorError(
+                f"{path}: expected the channel {_described(here)}, got {_described(there)}: the library is older or "
+                "newer than swarmevo/protocols.py; reinstall swarmevo"
+            )
+
+
+def _described(channel: tuple[str, bool, int] | None) -> str:
+    if channel is None:
+        return "none"
+    name, per_robot, width = channel
+    return f"{name} with {width} values {'a robot' if per_robot else 'a world'}"
+
+
 def load() -> tuple[FFI, Any]:
     """Return ``(ffi, lib)``, loaded and checked once.
 
@@ -100,6 +135,7 @@ def _load() -> tuple[FFI, Any]:
     except OSError as error:
         raise SimulatorError(f"cannot load the native library {path}: {error}; reinstall swarmevo") from None
     _check_abi(ffi, lib, path)
+    _check_channels(ffi, lib, path)
     return ffi, lib
 
 

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,59 +68,36 @@ class Episodes:
 
 
 class Buffers:
-    """The arrays that a batch of episodes writes to."""
+    """The arrays that the library writes ``n`` episodes to: outcomes, and channels at some control steps, or at one."""
 
-    def __init__(self, scene: Scene, n: int, channels: Collection[str]) -> None:
-        ffi, lib = load()
+    def __init__(self, scene: Scene, n: int, channels: Collection[str], steps: int | None) -> None:
+        ffi, _ = load()
         unknown = sorted(set(channels) - set(CHANNELS))
         if unknown:
             raise InvalidArgument(f"channels: expected some of {', '.join(CHANNELS)}; got {', '.join(unknown)}")
-        robots, steps = scene.info.robots, scene.info.control_steps
-        self.outcomes = ffi.new("swe_outcome[]", n)
-        self.homing = np.empty((n, robots))
-        self.telemetry = ffi.new("swe_telemetry *")
-        lib.swe_telemetry_init(self.telemetry)
-        self.channels: dict[str, FloatArray] = {}
-        for name in channels:
-            shape = [robots if axis == "robots" else int(axis) for axis in CHANNELS[name]]
-            try:
-                array = np.empty((n, steps, *shape))
-            except MemoryError:
-                gibibytes = n * steps * int(np.prod(shape)) * 8 / 2**30
-                raise SimulatorError(
-                    f"telemetry {name}: expected {gibibytes:.1f} GiB of memory for {n} episodes of {steps} control "
-                    "steps, got less; use a shorter episode.horizon or a longer episode.control_period"
-                ) from None
-            channel = getattr(self.telemetry, name)
-            channel.data, channel.length = ffi.from_buffer("double[]", array), array.size
-            self.channels[name] = array
+        self._period = scene.info.control_period
+        self.native_outcomes = ffi.new("swe_outcome[]", n)
+        outcomes, fields = ffi.buffer(self.native_outcomes), _outcome_dtype()
+        self.outcomes = np.frombuffer(outcomes, fields) if n else np.empty(0, fields)  # the same memory
+        self.homing_time = np.empty((n, scene.info.robots))
+        self.native_homing_time = ffi.from_buffer("double[]", self.homing_time)
+        self.channels = {name: _empty(name, scene, (n,) if steps is None else (n, steps)) for name in channels}
+        self.native_channels = ffi.new("swe_channel[]", len(channels))
+        self._alive: list[Any] = []
+        for channel, (name, array) in zip(self.native_channels, self.channels.items(), strict=True):
+            channel.name = title = ffi.new("char[]", name.encode())
+            channel.values = values = ffi.from_buffer("double[]", array)
+            channel.length = array.size
+            self._alive += [title, values]
 
-    def homing_pointer(self) -> Any:
-        """Return where the library writes the homing times."""
-        return load()[0].from_buffer("double[]", self.homing)
-
-    def collect(self, scene: Scene, batch: Any) -> Episodes:
-        """Return what the library has written."""
+    def collect(self, batch: Any) -> Episodes:
+        """Return what the library has written; the arrays of channels and homing times are not copied."""
         ffi, lib = load()
-        n = len(self.outcomes)
-        dtype = np.dtype(
-            {
-                "names": [name for name, _ in ffi.typeof("swe_outcome").fields],
-                "offsets": [field.offset for _, field in ffi.typeof("swe_outcome").fields],
-                "formats": [_NUMPY_FORMATS[field.type.cname] for _, field in ffi.typeof("swe_outcome").fields],
-                "itemsize": ffi.sizeof("swe_outcome"),
-            }
-        )
-        table = np.frombuffer(ffi.buffer(self.outcomes), dtype=dtype).copy() if n else np.empty(0, dtype=dtype)
+        table = self.outcomes.copy()
         return Episodes(
-            telemetry=Telemetry(
-                control_period=scene.info.control_period,
-                homing_time=self.homing,
-                push_time=table["push_time"],
-                **self.channels,
-            ),
+            telemetry=Telemetry(self._period, self.homing_time, table["push_time"], channels=self.channels),
             status=table["status"],
-            messages=[ffi.string(lib.swe_batch_episode_message(batch, i)).decode() for i in range(n)],
+            messages=[ffi.string(lib.swe_batch_episode_message(batch, i)).decode() for i in range(len(table))],
             hash=table["hash"],
             ode_messages=table["ode_messages"],
             unsolved_steps=table["unsolved_steps"],
@@ -129,7 +108,35 @@ class Buffers:
         )
 
 
+def _empty(name: str, scene: Scene, axes: tuple[int, ...]) -> FloatArray:
+    """Return the array of a channel."""
+    shape = (*axes, *CHANNELS[name].sizes(scene.info.robots))
+    try:
+        return np.empty(shape)
+    except MemoryError:
+        raise SimulatorError(
+            f"telemetry {name}: expected {math.prod(shape) * 8 / 2**30:.1f} GiB of memory for {axes[0]} episodes of "
+            f"{scene.info.control_steps} control steps, got less; use a shorter episode.horizon or a longer "
+            "episode.control_period"
+        ) from None
+
+
 _NUMPY_FORMATS = {"int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "double": "f8", "double[3]": "3f8"}
+
+
+@cache
+def _outcome_dtype() -> np.dtype[Any]:
+    """Return ``swe_outcome`` as a dtype."""
+    ffi, _ = load()
+    fields = ffi.typeof("swe_outcome").fields
+    return np.dtype(
+        {
+            "names": [name for name, _ in fields],
+            "offsets": [field.offset for _, field in fields],
+            "formats": [_NUMPY_FORMATS[field.type.cname] for _, field in fields],
+            "itemsize": ffi.sizeof("swe_outcome"),
+        }
+    )
 
 
 def native_episodes(episodes: Sequence[EpisodeKey]) -> Any:
@@ -195,13 +202,14 @@ def simulate(
         robot_policies = np.repeat(np.arange(len(episodes), dtype=np.uint32)[:, None], scene.info.robots, axis=1)
     drivers = _native_indices(robot_policies, (len(episodes), scene.info.robots))
     native, _alive = native_policies(policies)
-    buffers = Buffers(scene, len(episodes), channels)
+    buffers = Buffers(scene, len(episodes), channels, scene.info.control_steps)
     batch = create_batch(scene, threads)
     check(
         lib.swe_batch_run(
-            buffers.outcomes,
-            buffers.homing_pointer(),
-            buffers.telemetry,
+            buffers.native_outcomes,
+            buffers.native_homing_time,
+            buffers.native_channels,
+            len(buffers.native_channels),
             batch,
             keys,
             len(episodes),
@@ -210,4 +218,4 @@ def simulate(
             ffi.from_buffer("uint32_t[]", drivers),
         )
     )
-    return buffers.collect(scene, batch)
+    return buffers.collect(batch)

@@ -138,7 +138,6 @@ def test_watching_shows_the_tests(run: Path) -> None:
     homing = np.isfinite(seen.telemetry.homing_time).mean()
     (tested,) = [one for one in found.controllers if (one.trial, one.genome) == (best.trial, best.genome)]
     assert tested.outcomes[0].homing_rate == homing
-    assert seen.telemetry.pose is not None
     assert seen.telemetry.pose.shape == (2, 20, 3, 3)
 
 

@@ -205,7 +205,7 @@ def test_what_failed_is_not_kept_but_tried_again() -> None:
     tried, kept = genomes(settings), list[Results]()
     with Evaluator(settings, 1) as evaluator:
         found = evaluator.evaluate(tried, 0, 0, keep=lambda result, seconds: kept.append(result))
-    assert len(found.faults) == 2
+    assert len(found.episodes.failures) == 2
     assert kept
     assert not any(fault for result in kept for fault in result.faults)
 

@@ -122,7 +122,7 @@ def test_needs_little_memory():
 
 def test_a_missing_channel_is_named():
     telemetry = random_telemetry(["infrared", "touch", "command"], episodes=1)
-    with pytest.raises(ValueError, match="expected the channel rf, got none"):
+    with pytest.raises(AttributeError, match='rf was not recorded: add "rf" to the channels of the fitness'):
         f1(telemetry)
 
 

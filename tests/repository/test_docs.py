@@ -136,9 +136,10 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
 # ---- keys ------------------------------------------------------------------------------------------------------------
 
 
-def test_the_page_of_keys_is_up_to_date() -> None:
-    generated = runpy.run_path(str(DOCS / "generate_configuration.py"))["text"]()
-    assert CONFIGURATION.read_text() == generated, "run: make docs"
+@pytest.mark.parametrize("name", ["configuration", "channels"])
+def test_a_generated_page_is_up_to_date(name: str) -> None:
+    generated = runpy.run_path(str(DOCS / f"generate_{name}.py"))["text"]()
+    assert (DOCS / f"{name}.md").read_text() == generated, "run: make docs"
 
 
 def listed_keys() -> set[str]:

@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from swarmevo import config
 from swarmevo.config import Config
+from swarmevo.simulation import Lockstep, Scene, simulate
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[2]))
 
-from benchmarks import assumptions, speed
-from benchmarks.cases import pushing_config, random_networks, write_networks
+from benchmarks import assumptions, lockstep, speed
+from benchmarks.cases import avoiding_network, pushing_config, random_networks, write_networks
 from benchmarks.speed import Planar, Prepared, Trial
 
 # ---- the step ----
@@ -182,6 +184,28 @@ def test_the_2d_peers_have_the_scene_of_our_configuration(script: str, constants
     found = constants((speed.PEERS / script).read_text())
     for name, value in expected_constants().items():
         np.testing.assert_allclose(np.ravel(found[name]), np.ravel(value), rtol=1e-6, err_msg=name)
+
+
+# ---- stepping from Python ----
+
+
+def test_the_table_of_stepping_from_python_is_that_of_the_page() -> None:
+    section = lockstep.section(lockstep.rows(repeat=1, sizes=(1, 2), horizon=1.0))
+    *_, first, _, _, last = section.splitlines()
+    assert re.fullmatch(r"\| roaming \| 1 \| [\d,]+ \| [\d,]+ to [\d,]+ \| [\d,]+ \|", first)
+    assert re.fullmatch(r"\| random \| 2 \| [\d,]+ \| [\d,]+ to [\d,]+ \| [\d,]+ \|", last)
+    head = section.splitlines()[:-4]
+    assert "\n".join(head) in (lockstep.ROOT / "docs" / "performance.md").read_text()
+
+
+def test_roaming_commands_are_those_of_the_same_episodes() -> None:
+    scene = Scene(config.load("paper", ["episode.horizon=2.0"]))
+    commands = lockstep.roaming_commands(scene, worlds=2)
+    with Lockstep(scene, worlds=2) as world:
+        expected = simulate(scene, avoiding_network(), world.keys, np.zeros((2, 5), dtype=np.uint32)).hash
+        for each in commands:
+            world.advance(each)
+        assert np.array_equal(world.state().hash, expected)
 
 
 # ---- assumptions ----

@@ -9,12 +9,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from swarmevo import simulation
 
 
-def load_in_new_process(library: Path) -> str:
-    """Return the error that loading ``library`` ends with; empty if there is none."""
+def load_in_new_process(library: Path, before: str = "") -> str:
+    """Return the error that loading ``library``, after some code, ends with; empty if there is none."""
     code = (
+        f"{before}\n"
         "from swarmevo.simulation import SimulatorError, library_info\n"
         "try: library_info()\n"
         "except SimulatorError as error: print(error)"
@@ -64,6 +67,22 @@ def test_a_library_older_than_its_header(tmp_path: Path) -> None:
     assert "expected ABI version 9" in load_in_new_process(library)
     header.write_text(text.replace("    double wall_height;", "    double wall_height, more;"))
     assert "swe_scene_config has" in load_in_new_process(library)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ("channels['smell'] = p.Channel(('robots',), '1', 'of cheese')", "smell with 1 values a robot, got none"),
+        ("channels.popitem()", "none, got "),
+        ("channels['rf'] = p.Channel(('robots', 2), '1', '')", "rf with 2 values a robot, got rf with 1 values a rob"),
+    ],
+)
+def test_a_library_with_other_channels(change: str, expected: str) -> None:
+    library = Path(simulation.library_info()["path"])
+    code = f"import swarmevo.protocols as p\nchannels = dict(p.CHANNELS)\n{change}\np.CHANNELS = channels"
+    error = load_in_new_process(library, code)
+    assert f"expected the channel {expected}" in error
+    assert "\n" not in error
 
 
 def test_a_header_without_its_markers(tmp_path: Path) -> None:

@@ -66,7 +66,6 @@ def test_paths_and_occupancy_are_of_the_tests(run: Path) -> None:
     (axes,) = figures.paths(seen, test=1).axes
     assert len(axes.collections) == 3  # one path for each robot
     last = axes.collections[0].get_paths()[-1].vertices[-1]
-    assert seen.telemetry.pose is not None
     assert np.allclose(last, seen.telemetry.pose[1, -1, 0, :2])
     axes = figures.occupancy(seen).axes[0]
     assert np.isclose(axes.images[0].get_array().sum(), 100)

@@ -47,8 +47,6 @@ def paths(run: Run | Recording, genome: int | None = None, test: int | None = No
     """
     seen = _recording(run, genome)
     episode = seen.best if test is None else test
-    assert seen.telemetry.pose is not None  # recordings have all channels
-    assert seen.telemetry.box is not None
     pose, box = seen.telemetry.pose[episode], seen.telemetry.box[episode]
     pose, box = pose[: _shown_steps(seen, episode)], box[: _shown_steps(seen, episode)]
     with style.picture(4.4, 4.5) as picture:
@@ -73,7 +71,6 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
         genome: Its id; None: the first of the front over all trials.
     """
     seen = _recording(run, genome)
-    assert seen.telemetry.pose is not None  # recordings have all channels
     places = seen.telemetry.pose[..., :2].reshape(-1, 2)
     half = seen.config.arena.size / 2
     cells = int(np.ceil(2 * half / CELL))

@@ -111,8 +111,7 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
     pick = slice(steps.start, steps.stop, steps.step)
 
     def channel(name: str) -> FloatArray:
-        values: FloatArray = getattr(telemetry, name)[0, pick]
-        return values
+        return telemetry.channels[name][0, pick]
 
     scale = np.array([config.arena.size, config.arena.size, math.pi])
     strongest = max(config.emitter.strength[1], 1e-9)
@@ -154,7 +153,6 @@ def _base64(array: NDArray[Any]) -> str:
 
 
 def _steps(telemetry: Telemetry) -> int:
-    assert telemetry.box is not None  # every channel is recorded
     return len(telemetry.box[0])
 
 

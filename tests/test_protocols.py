@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a plugin sees of telemetry."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+
+import numpy as np
+import pytest
+
+from swarmevo.protocols import CHANNELS, Telemetry
+
+
+def telemetry() -> Telemetry:
+    return Telemetry(0.1, np.zeros((2, 3)), np.zeros(2), pose=np.ones((2, 4, 3, 3)), rf=np.ones((2, 4, 3)))
+
+
+def test_channels_are_attributes() -> None:
+    seen = telemetry()
+    assert seen.pose is seen.channels["pose"]
+    assert seen.rf.shape == (2, 4, 3)
+    assert {"pose", "rf", "homing_time"} <= set(dir(seen))
+    assert repr(seen) == "<Telemetry: 2 episodes of 3 robots; pose, rf>"
+
+
+def test_a_channel_that_was_not_recorded_says_what_to_do() -> None:
+    with pytest.raises(AttributeError, match=r'^touch was not recorded: add "touch" to the channels of the fitness'):
+        _ = telemetry().touch
+    assert not hasattr(telemetry(), "touch")
+
+
+def test_what_is_no_channel_is_told_with_those_that_are() -> None:
+    with pytest.raises(AttributeError, match="Telemetry has no 'smell'; the channels are pose, command"):
+        _ = telemetry().smell
+    with pytest.raises(TypeError, match=r"expected channels among pose, command, .*; got smell"):
+        Telemetry(0.1, np.zeros((2, 3)), np.zeros(2), smell=np.zeros(2))
+
+
+def test_replacing_a_part_keeps_the_others() -> None:
+    seen = dataclasses.replace(telemetry(), push_time=np.ones(2))
+    assert seen.push_time[0] == 1
+    assert set(seen.channels) == {"pose", "rf"}
+    assert dataclasses.replace(telemetry(), rf=np.zeros((2, 4, 3))).rf[0, 0, 0] == 0
+
+
+def test_telemetry_is_frozen() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        telemetry().push_time = np.ones(2)  # type: ignore[misc]
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        telemetry().pose = np.ones(2)
+
+
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda seen: pickle.loads(pickle.dumps(seen))])
+def test_telemetry_travels(duplicate: object) -> None:
+    seen = duplicate(telemetry())  # type: ignore[operator]
+    assert seen.control_period == 0.1
+    assert np.array_equal(seen.pose, telemetry().pose)
+    assert set(seen.channels) == {"pose", "rf"}
+
+
+def test_a_channels_sizes() -> None:
+    assert CHANNELS["pose"].sizes(robots=4) == (4, 3)
+    assert CHANNELS["rf"].sizes(robots=4) == (4,)
+    assert CHANNELS["box"].sizes(robots=4) == (3,)
+    assert CHANNELS["box_contact"].sizes(robots=4) == ()
