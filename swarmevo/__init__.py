@@ -1,4 +1,92 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Evolves controllers for swarms of simulated robots, with several objectives at once."""
+"""Evolves controllers for swarms of simulated robots, with several objectives at once.
 
-__version__ = "0.1.0"
+    import swarmevo as se
+
+    run = se.evolve("paper", seed=1, out="runs/paper", set={"evolution.generations": 50})
+    run = se.resume("runs/paper")                    # after an interruption, to the same bits
+    run = se.open("runs/paper")                      # to look at, while it is being written too
+
+    front = run.front()                              # non-dominated individuals; front.rows, front.frame()
+    best = front.best("box_pushing")
+    best.objectives, best.genes, best.trial, best.generation
+
+    best.replay().save("best.html")                  # its stored episode once more, checked bit by bit
+    best.replay(seed=7)                              # another one; shows itself in a notebook
+    episodes = best.simulate(episodes=1000, robots=3, set={"noise.infrared": 0.1})
+    episodes.telemetry.pose, episodes.push_time      # NumPy arrays
+    best.test(episodes=300)                          # rates with confidence intervals
+
+    with se.Lockstep("paper", worlds=64, seed=1) as world:
+        observations = world.observe()               # (worlds, robots, 13)
+        world.advance(0 * observations[..., :2])     # commands (worlds, robots, 2)
+        world.state().pose                           # (worlds, robots, 3)
+        world.reset(worlds=[3, 5])
+
+Names are loaded when they are first used. Plugins are written against :mod:`swarmevo.protocols` alone and tested with
+:mod:`swarmevo.testing`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from swarmevo._version import __version__
+
+if TYPE_CHECKING:
+    from swarmevo.api import Episodes, Front, Individual, Rates, Replay, Run, evolve, load_config, open, resume
+    from swarmevo.config import Config
+    from swarmevo.errors import (
+        ConfigError,
+        EvaluationError,
+        PluginError,
+        SimulatorError,
+        StoreError,
+        SwarmevoError,
+    )
+    from swarmevo.simulation import Lockstep
+
+_HOMES = {
+    "swarmevo.api": (
+        "Episodes", "Front", "Individual", "Rates", "Replay", "Run", "evolve", "load_config", "open", "resume",
+    ),
+    "swarmevo.config": ("Config",),
+    "swarmevo.errors": (
+        "ConfigError", "EvaluationError", "PluginError", "SimulatorError", "StoreError", "SwarmevoError",
+    ),
+    "swarmevo.simulation": ("Lockstep",),
+}  # fmt: skip
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Config",
+    "ConfigError",
+    "Episodes",
+    "EvaluationError",
+    "Front",
+    "Individual",
+    "Lockstep",
+    "PluginError",
+    "Rates",
+    "Replay",
+    "Run",
+    "SimulatorError",
+    "StoreError",
+    "SwarmevoError",
+    "__version__",
+    "evolve",
+    "load_config",
+    "open",
+    "resume",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'swarmevo' has no attribute {name!r}")
+    return getattr(import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

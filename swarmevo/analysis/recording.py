@@ -91,14 +91,20 @@ def record(config: Config, genes: FloatArray, keys: Sequence[EpisodeKey], thread
     )
 
 
-def simulate(team: Team, genes: FloatArray, keys: Sequence[EpisodeKey], threads: int = 0) -> Episodes:
-    """Run episodes of one individual and keep their telemetry; as :func:`record`, without judging them.
+def simulate(
+    team: Team,
+    genes: FloatArray,
+    keys: Sequence[EpisodeKey],
+    threads: int = 0,
+    channels: Sequence[str] = tuple(CHANNELS),
+) -> Episodes:
+    """Run episodes of one individual and keep some channels; as :func:`record`, without judging them.
 
     Raises:
         EvaluationError: An episode failed.
     """
     everybody = np.tile(genes, (len(keys), 1))
-    done = team.simulate(everybody, keys, list(CHANNELS), threads or len(os.sched_getaffinity(0)))
+    done = team.simulate(everybody, keys, channels, threads or len(os.sched_getaffinity(0)))
     for key, status, message in zip(keys, done.status, done.messages, strict=True):
         if status:
             raise EvaluationError(f"{key}: the episode failed: {message}")

@@ -19,7 +19,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from swarmevo import __version__
+from swarmevo._version import __version__
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
 
 FAILED = 1

@@ -56,7 +56,7 @@ def evolve(
 
     from swarmevo.runs import driver
 
-    folder = out or Path("runs") / _run_name(config, chosen)
+    folder = out or driver.default_folder(Path(config or "quick").stem, chosen)
     driver.begin(folder, chosen)
     print(f"run {folder}, seed {chosen.evolution.seed}", file=sys.stderr)
     _go_on(folder, count, scheduler)
@@ -86,12 +86,6 @@ def _checked(source: str | None, overrides: Sequence[str]) -> Config:
         return simulation.scene_errors(found) + plugins.option_errors(found)
 
     return config.seeded(config.load(source, overrides, errors))
-
-
-def _run_name(source: str | None, config: Config) -> str:
-    from datetime import datetime
-
-    return f"{Path(source or 'quick').stem}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
 
 
 def _forecast(config: Config, workers: int) -> None:

@@ -16,7 +16,7 @@ from swarmevo.config.models import (
     Sensors,
     Team,
 )
-from swarmevo.config.reading import dump, load, seeded
+from swarmevo.config.reading import as_overrides, changed, dump, load, seeded
 from swarmevo.errors import ConfigError
 
 __all__ = [
@@ -33,6 +33,8 @@ __all__ = [
     "Section",
     "Sensors",
     "Team",
+    "as_overrides",
+    "changed",
     "did_you_mean",
     "dump",
     "load",

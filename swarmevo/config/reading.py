@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import importlib.resources
+import json
 import re
 import secrets
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -41,7 +42,37 @@ def load(
         ConfigError: With everything that is wrong, ``check`` included.
     """
     errors: list[str] = []
-    raw = _parse(*_text(source or "quick"), errors)
+    return _finished(_parse(*_text(source or "quick"), errors), overrides, check, errors)
+
+
+def changed(config: Config, overrides: Sequence[str], check: Callable[[Config], list[str]] | None = None) -> Config:
+    """Return a configuration with some other values; arguments and errors are those of :func:`load`."""
+    return _finished(config.model_dump(mode="json"), overrides, check, [])
+
+
+def as_overrides(settings: Mapping[str, Any]) -> list[str]:
+    """Return ``{"section.key": value}`` as :func:`load` takes it.
+
+    Raises:
+        ConfigError: A value is none that YAML has.
+    """
+    return [f"{key}={_as_yaml(str(key), value)}" for key, value in settings.items()]
+
+
+def _as_yaml(key: str, value: Any) -> str:
+    try:
+        return json.dumps(value, default=lambda array: array.tolist())  # of NumPy
+    except (TypeError, ValueError, AttributeError):
+        raise ConfigError(f"{key}: expected a number, text, list or mapping, got {type(value).__name__}") from None
+
+
+def _finished(
+    raw: dict[str, Any],
+    overrides: Sequence[str],
+    check: Callable[[Config], list[str]] | None,
+    errors: list[str],
+) -> Config:
+    """Return the configuration that plain data and overrides make; ``errors`` were found before."""
     for override in overrides:
         _override(raw, override, errors)
     config, missing = _build(raw, errors)

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from swarmevo import __version__, plugins, simulation
+from swarmevo import plugins, simulation
+from swarmevo._version import __version__
 from swarmevo.config import Config
 from swarmevo.errors import ClusterError, EvaluationError, Interrupted, PluginError, SimulatorError
 from swarmevo.evolution.jobs import Job, run_job

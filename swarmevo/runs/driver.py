@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from swarmevo import config as configuration
@@ -20,6 +22,11 @@ from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins.team import never
 from swarmevo.runs.provenance import provenance
 from swarmevo.runs.store import Store
+
+
+def default_folder(name: str, config: Config) -> Path:
+    """Return the folder of a run that got none: of a configuration's name, the date and the seed."""
+    return Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
 
 
 def begin(folder: str | os.PathLike[str], config: Config) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, TextIO
 
 import numpy as np
 
-from swarmevo import __version__
+from swarmevo._version import __version__
 from swarmevo.config import Config
 from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from swarmevo import __version__
+from swarmevo._version import __version__
 from swarmevo.simulation.library import cpu
 
 

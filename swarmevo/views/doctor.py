@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarmevo import __version__, plugins
+from swarmevo import plugins
+from swarmevo._version import __version__
 from swarmevo.config import Config
 
 REINSTALL = "reinstall swarmevo; in a checkout: make evolve"

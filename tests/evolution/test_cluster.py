@@ -36,7 +36,7 @@ SETTINGS = [
     *("episode.horizon=10", "team.robots=2", "evolution.seed=3"),
     *("evolution.generations=3", "evolution.population=6", "evolution.trials=1", "evolution.repeats=3"),
 ]
-OTHER_VERSION = "import swarmevo\nswarmevo.__version__ = '0.0.9'\n"
+OTHER_VERSION = "from swarmevo import _version\n_version.__version__ = '0.0.9'\n"
 
 
 def settings(*more: str) -> Config:

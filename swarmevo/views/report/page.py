@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from swarmevo import __version__
+from swarmevo._version import __version__
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html
 from swarmevo.views.replay import page as replay_page

@@ -1,0 +1,304 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Individuals of a run: on a front, simulated, tested, replayed."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, overload
+
+from swarmevo import config as configuration
+from swarmevo.analysis.assessment import GENERATION
+from swarmevo.analysis.fronts import FrontPoint
+from swarmevo.analysis.recording import Recording, record, simulate
+from swarmevo.analysis.statistics import wilson
+from swarmevo.analysis.table_ii import Outcome, outcome
+from swarmevo.config import Config
+from swarmevo.errors import InvalidArgument, SwarmevoError
+from swarmevo.plugins.team import Team
+from swarmevo.protocols import FloatArray, Objective
+from swarmevo.runs import other_world
+from swarmevo.runs.store import Store
+from swarmevo.simulation import EpisodeKey
+from swarmevo.views import notebook, text
+from swarmevo.views.replay import data as replay_data
+from swarmevo.views.replay import episode as replay_episode
+from swarmevo.views.replay import page as replay_page
+
+_MOST_EPISODES: Final = 65535
+"""With one seed: their keys count them in 16 bits."""
+
+
+class Front(Sequence["Individual"]):
+    """Non-dominated individuals, the best first objective first."""
+
+    def __init__(self, individuals: Sequence[Individual], objectives: Sequence[Objective], run: str) -> None:
+        self._individuals = list(individuals)
+        self.objectives = tuple(objectives)
+        self._run = run
+
+    @overload
+    def __getitem__(self, i: int) -> Individual: ...
+    @overload
+    def __getitem__(self, i: slice) -> Front: ...
+    def __getitem__(self, i: int | slice) -> Individual | Front:
+        """Return an individual, or a part of the front."""
+        if isinstance(i, slice):
+            return Front(self._individuals[i], self.objectives, self._run)
+        return self._individuals[i]
+
+    def __len__(self) -> int:
+        return len(self._individuals)
+
+    def __iter__(self) -> Iterator[Individual]:
+        return iter(self._individuals)
+
+    def best(self, objective: str | None = None) -> Individual:
+        """Return the best individual in an objective; None is the first.
+
+        Raises:
+            SwarmevoError: There is no such objective, or nobody on the front.
+        """
+        names = [one.name for one in self.objectives]
+        name = objective or names[0]
+        if name not in names:
+            raise SwarmevoError(f"front: expected one of the objectives {', '.join(names)}, got {name!r}")
+        if not self._individuals:
+            raise SwarmevoError("front: expected at least one individual, but no generation is stored yet")
+        largest = self.objectives[names.index(name)].direction == "maximise"
+        return (max if largest else min)(self._individuals, key=lambda one: one.objectives[name])
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """For each individual its objectives and what else is known of it, by name."""
+        return [one.row for one in self._individuals]
+
+    def frame(self) -> Any:
+        """Return the rows as a pandas DataFrame.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        import pandas
+
+        return pandas.DataFrame(self.rows)
+
+    def __repr__(self) -> str:
+        names = ", ".join(objective.name for objective in self.objectives)
+        return f"<Front of {self._run}: {text.count(len(self), 'individual')}; {names}>"
+
+    def _repr_html_(self) -> str:
+        return notebook.table(f"Front of {self._run}", self.rows)
+
+
+class Individual:
+    """A genome of a run, and what its stored episodes say of it."""
+
+    def __init__(self, folder: Path, config: Config, point: FrontPoint, genes: FloatArray) -> None:
+        self._folder, self._config, self._point = folder, config, point
+        self.id = point.genome
+        self.genes = genes
+        self.objectives = dict(point.objectives)
+        self.trial = point.trial
+        self.generation = point.last_generation
+        """In which it was last evaluated."""
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """What is known of it, by name."""
+        known = dataclasses.asdict(self._point)
+        return {**known.pop("objectives"), **known}
+
+    def simulate(
+        self,
+        episodes: int = 1,
+        *,
+        robots: int | None = None,
+        set: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+        threads: int = 0,
+    ) -> Episodes:
+        """Simulate episodes that evolution never saw, keep all their telemetry and judge them.
+
+        Args:
+            episodes: How many.
+            robots: Size of the team; None is the run's.
+            set: ``{"section.key": value}``: another world than the run's.
+            seed: Of everything random; None is the run's. The same gives the same bits.
+            threads: 0 is one for each processor.
+
+        Raises:
+            ConfigError: Something is refused.
+            EvaluationError: An episode or a plugin failed.
+            SimulatorError: The world does not take such a team.
+        """
+        config, genes = self._world(robots, set)
+        found = record(config, genes, self._keys(episodes, seed), threads)
+        return Episodes(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
+
+    def test(
+        self,
+        episodes: int = 300,
+        *,
+        robots: int | None = None,
+        set: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+        confidence: float = 0.95,
+    ) -> Rates:
+        """Return how often it succeeds in episodes that evolution never saw, and how sure that is.
+
+        Args:
+            episodes: How many; the first are those of ``swarmevo test``.
+            robots: As in :meth:`simulate`.
+            set: As in :meth:`simulate`.
+            seed: As in :meth:`simulate`.
+            confidence: That an interval holds the true rate.
+
+        Raises:
+            ConfigError, EvaluationError, SimulatorError: As :meth:`simulate`.
+        """
+        config, genes = self._world(robots, set)
+        done = simulate(Team(config), genes, self._keys(episodes, seed), channels=())
+        return Rates(outcome(config.team.robots, done.homing_time, done.push_time), confidence)
+
+    def replay(
+        self, *, seed: int | None = None, robots: int | None = None, set: Mapping[str, Any] | None = None
+    ) -> Replay:
+        """Return an episode to look at, in a notebook or as a page of its own.
+
+        Args:
+            seed: Of a new episode. None: the last stored one, which is simulated once more and compared bit by bit.
+            robots: As in :meth:`simulate`; not the stored episode then.
+            set: As in :meth:`simulate`; not the stored episode then.
+
+        Raises:
+            ConfigError, EvaluationError, SimulatorError: As :meth:`simulate`.
+            ReplayError: The trajectory is not the stored one.
+        """
+        title = f"{self._folder.resolve().name}, individual {self.id}"
+        if seed is None:
+            with Store.open(self._folder) as store:
+                chosen = replay_episode.choose(store, self.id, self.generation)
+                sizes = [] if robots is None else [robots]
+                shown, _ = replay_episode.episodes(store, chosen, sizes, overrides=_overrides(set))
+            return Replay(title, shown)
+        config, genes = self._world(robots, set)
+        recording = record(config, genes, self._keys(1, seed), threads=1)
+        return Replay(title, [replay_data.data(recording, title, f"seed {seed}")])
+
+    def _world(self, robots: int | None, set: Mapping[str, Any] | None) -> tuple[Config, FloatArray]:
+        with Store.open(self._folder) as store:
+            config = other_world.load(store, _overrides(set))
+        return replay_episode.of_size(config, self.genes, config.team.robots if robots is None else robots)
+
+    def _keys(self, episodes: int, seed: int | None) -> list[EpisodeKey]:
+        chosen = self._config.evolution.seed if seed is None else seed
+        assert chosen is not None  # a run's configuration has one
+        if not 0 <= chosen < 2**64:
+            raise InvalidArgument(f"seed: expected 0 to 2**64 - 1, got {chosen}")
+        if not 1 <= episodes <= _MOST_EPISODES:
+            raise InvalidArgument(f"episodes: expected 1 to {_MOST_EPISODES}, got {episodes}")
+        return [EpisodeKey(chosen, self.trial, GENERATION, repeat) for repeat in range(episodes)]
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} {value:.4g}" for name, value in self.objectives.items())
+        return f"<Individual {self.id} of trial {self.trial}: {values}>"
+
+    def _repr_html_(self) -> str:
+        return notebook.facts(f"Individual {self.id}", {name: notebook.cell(value) for name, value in self.row.items()})
+
+
+class Episodes(Recording):
+    """Episodes of one individual: ``telemetry``, objectives as ``values``, ``push_time`` and ``homing_time``."""
+
+    @property
+    def push_time(self) -> FloatArray:
+        """``(episodes,)`` [s]; NaN: the box never came to the wall."""
+        return self.telemetry.push_time
+
+    @property
+    def homing_time(self) -> FloatArray:
+        """``(episodes, robots)`` [s]; NaN: it never came within the emitter's range."""
+        return self.telemetry.homing_time
+
+    def _repr_html_(self) -> str:
+        found = outcome(self.config.team.robots, self.homing_time, self.push_time)
+        means = {o.name: text.number(value) for o, value in zip(self.objectives, self.values.mean(axis=0), strict=True)}
+        return notebook.facts(f"{text.count(len(self), 'episode')} of one individual", {**means, **_rates(found)})
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How often an individual succeeds. An interval is Wilson's, with the episodes as the independent trials."""
+
+    outcome: Outcome
+    """Rates and times."""
+    confidence: float
+
+    @property
+    def push(self) -> tuple[float, float]:
+        """Interval of the share of episodes in which the box came to the wall."""
+        return self._interval(self.outcome.push_rate)
+
+    @property
+    def homing(self) -> tuple[float, float]:
+        """Interval of the share of robots that came within the emitter's range."""
+        return self._interval(self.outcome.homing_rate)
+
+    def _interval(self, rate: float) -> tuple[float, float]:
+        return wilson(rate * self.outcome.tests, self.outcome.tests, self.confidence)
+
+    def _facts(self) -> dict[str, str]:
+        intervals = zip(_rates(self.outcome).items(), (self.homing, self.push), strict=True)
+        return {
+            name: f"{rate} ({self.confidence:.0%} interval {low:.1%} to {high:.1%})"
+            for (name, rate), (low, high) in intervals
+        }
+
+    def __repr__(self) -> str:
+        said = "; ".join(f"{name} {value}" for name, value in self._facts().items())
+        return f"<{text.count(self.outcome.tests, 'episode')}, {text.count(self.outcome.robots, 'robot')}: {said}>"
+
+    def _repr_html_(self) -> str:
+        return notebook.facts(text.count(self.outcome.tests, "episode"), self._facts())
+
+
+class Replay:
+    """Episodes as a page that plays them and needs no network; shows itself in a notebook."""
+
+    def __init__(self, title: str, episodes: list[dict[str, Any]]) -> None:
+        self._title, self._episodes = title, episodes
+
+    @property
+    def html(self) -> str:
+        """The page."""
+        return replay_page.render(self._episodes, self._title)
+
+    def save(self, file: str | os.PathLike[str]) -> Path:
+        """Write the page and return its file.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        Path(file).write_text(self.html, encoding="utf-8")
+        return Path(file)
+
+    def __repr__(self) -> str:
+        return f"<Replay of {self._title}; .save(FILE) writes a page>"
+
+    def _repr_html_(self) -> str:
+        return notebook.frame(self.html)
+
+
+def _overrides(set: Mapping[str, Any] | None) -> list[str]:
+    return configuration.as_overrides(set or {})
+
+
+def _rates(found: Outcome) -> dict[str, str]:
+    return {
+        "robots at the source": text.rate(found.homing_rate, found.homing_time),
+        "box at the wall": text.rate(found.push_rate, found.push_time),
+    }

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs: begun, continued, opened."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from swarmevo import config as configuration
+from swarmevo import plugins, simulation
+from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis.assessment import TEAM_SIZES
+from swarmevo.analysis.fronts import Summary
+from swarmevo.analysis.table_ii import Assessment
+from swarmevo.api.individuals import Front, Individual
+from swarmevo.config import Config
+from swarmevo.evolution.loop import Progress
+from swarmevo.plugins.team import never
+from swarmevo.protocols import Objective
+from swarmevo.runs import driver, verification
+from swarmevo.runs.store import Store
+from swarmevo.views import notebook, text
+
+
+def load_config(source: str | os.PathLike[str] | None = None, set: Mapping[str, Any] | None = None) -> Config:
+    """Read a configuration and check all of it: keys, the world, the plugins and their options.
+
+    Args:
+        source: A YAML file, or the bare name of a packaged configuration, such as ``paper``; None is ``quick``.
+        set: ``{"section.key": value}``, which win over the file.
+
+    Raises:
+        ConfigError: With everything that is wrong.
+    """
+
+    def errors(found: Config) -> list[str]:
+        return simulation.scene_errors(found) + plugins.option_errors(found)
+
+    return configuration.load(os.fspath(source) if source else None, configuration.as_overrides(set or {}), errors)
+
+
+def evolve(
+    config: str | os.PathLike[str] | Config | None = None,
+    *,
+    seed: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    set: Mapping[str, Any] | None = None,
+    workers: int = 0,
+    observe: Callable[[Progress], None] = lambda now: None,
+    stop: Callable[[], bool] = never,
+) -> Run:
+    """Evolve controllers in a new run folder. The same bits as the command line with the same seed.
+
+    Args:
+        config: A YAML file, the name of a packaged configuration, or one already read; None is ``quick``.
+        seed: Random seed of the run; drawn and stored if omitted.
+        out: The run folder to make, which must not exist; else ``runs/NAME-DATE-SEED``.
+        set: ``{"section.key": value}``, which win over the configuration.
+        workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
+        observe: Told after each generation.
+        stop: Asked between jobs; when true, the run ends with :class:`swarmevo.errors.Interrupted` and can be resumed.
+
+    Raises:
+        ConfigError: The configuration cannot be used; no folder is made.
+        EvaluationError, PluginError, SimulatorError: Something failed; the generations before are stored.
+        StoreError: The folder exists or cannot be written.
+    """
+    given = {**(set or {}), **({} if seed is None else {"evolution.seed": seed})}
+    if isinstance(config, Config):
+        settings, name = configuration.changed(config, configuration.as_overrides(given)), "run"
+    else:
+        settings, name = load_config(config, given), Path(config or "quick").stem
+    settings = configuration.seeded(settings)
+    folder = Path(out) if out is not None else driver.default_folder(name, settings)
+    driver.begin(folder, settings)
+    return resume(folder, workers=workers, observe=observe, stop=stop)
+
+
+def resume(
+    folder: str | os.PathLike[str],
+    *,
+    generations: int | str | None = None,
+    workers: int = 0,
+    observe: Callable[[Progress], None] = lambda now: None,
+    stop: Callable[[], bool] = never,
+) -> Run:
+    """Go on with an interrupted or finished run; the result is that of a run never interrupted.
+
+    Args:
+        folder: Of the run.
+        generations: Make the run longer: so many in all, or ``"+N"`` for so many more.
+        workers: As in :func:`evolve`.
+        observe: As in :func:`evolve`.
+        stop: As in :func:`evolve`.
+
+    Raises:
+        ConfigError: ``generations`` is refused.
+        EvaluationError, PluginError, SimulatorError: As :func:`evolve`.
+        StoreError: The folder is no run, is being written by another process, or cannot be written.
+    """
+    with Store.open(folder, readonly=False) as store:
+        if generations is not None:
+            driver.extend(store, str(generations))
+        driver.evolve(store, workers, observe, stop)
+    return Run(folder)
+
+
+def open(folder: str | os.PathLike[str]) -> Run:
+    """Open a run to look at it; possible at any time, while it is being written too.
+
+    Raises:
+        StoreError: It is no run folder, of another schema version, or damaged.
+    """
+    return Run(folder)
+
+
+class Run:
+    """A run folder, read anew with every question: it may be growing.
+
+    Every method raises StoreError where the folder cannot be read.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = Path(folder)
+        with self.store() as store:
+            self.config: Config = store.config
+            self.seed: int = store.seed
+            self.objectives: tuple[Objective, ...] = store.objectives
+
+    def store(self) -> Store:
+        """Open the folder to read all that is in it; use as a context manager."""
+        return Store.open(self.folder)
+
+    def summary(self) -> Summary:
+        """Return fronts, hypervolume by generation and cost, as ``swarmevo show`` tells them."""
+        with self.store() as store:
+            return fronts.summarise(store)
+
+    def front(self, trial: int | None = None) -> Front:
+        """Return the non-dominated individuals of a trial, or of all trials; the best first objective first."""
+        with self.store() as store:
+            points = fronts.front(store, trial)
+            individuals = [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]
+        return Front(individuals, self.objectives, self.folder.name)
+
+    def table_ii(self, sizes: tuple[int, ...] = tuple(TEAM_SIZES), repeats: int = 5, workers: int = 0) -> Assessment:
+        """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.
+
+        Raises:
+            ConfigError, EvaluationError, SimulatorError: As :func:`swarmevo.analysis.assessment.assess`.
+        """
+        with self.store() as store:
+            return assessment.assess(store, sizes, repeats, workers=workers)
+
+    def verify(self, sample: int | None = None, workers: int = 0) -> verification.Report:
+        """Simulate stored evaluations anew, all or a random sample, and compare them bit by bit.
+
+        Raises:
+            EvaluationError, PluginError, SimulatorError: The run's configuration cannot be run here.
+        """
+        with self.store() as store:
+            return verification.verify(store, workers, sample)
+
+    def __repr__(self) -> str:
+        return f"<Run {self.folder}: {self._facts()['trials']}, seed {self.seed}>"
+
+    def _repr_html_(self) -> str:
+        return notebook.facts(f"Run {self.folder.name}", self._facts())
+
+    def _facts(self) -> dict[str, str]:
+        planned = self.config.evolution
+        with self.store() as store:
+            totals = store.totals()
+            done = sum(store.generations(trial) for trial in range(planned.trials))
+        every = planned.trials * planned.generations
+        return {
+            "trials": f"{text.count(planned.trials, 'trial')}, {done} of {text.count(every, 'generation')}",
+            "episodes": text.count(totals.episodes, "episode"),
+            "objectives": ", ".join(text.label(objective) for objective in self.objectives),
+            "seed": str(self.seed),
+            "folder": str(self.folder),
+        }
