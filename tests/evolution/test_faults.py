@@ -172,10 +172,9 @@ def test_or_ends_the_evaluation_with_its_place(mood: str, told: str) -> None:
 def test_a_time_limit_changes_no_bit() -> None:
     free, limited = config("moody_network", ""), config("moody_network", "", timeout=60.0)
     tried = genomes(free, bad=())
+    here, elsewhere = evaluate(free, tried), evaluate(limited, tried)
     for name in ("objectives", "hash", "push_time", "homing_time"):
-        np.testing.assert_array_equal(
-            getattr(evaluate(free, tried), name), getattr(evaluate(limited, tried), name), err_msg=name
-        )
+        np.testing.assert_array_equal(getattr(here, name), getattr(elsewhere, name), err_msg=name)
 
 
 def test_a_plugin_s_error_comes_through_a_process_as_it_is() -> None:
