@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-import functools
-import sys
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
-from importlib import metadata
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import hypothesis
@@ -17,16 +14,6 @@ hypothesis.settings.register_profile("untimed", deadline=None)  # how long an ex
 hypothesis.settings.load_profile("untimed")
 
 Distribution = Callable[..., Path]
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _entry_points_are_read_once() -> Iterator[None]:
-    """Remember what is installed on each path: a run asks thirty times, and reading it takes most of a small run."""
-    read = functools.lru_cache(maxsize=4)(lambda path: unpatched())
-    unpatched = metadata.entry_points
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(metadata, "entry_points", lambda **chosen: read(tuple(sys.path)).select(**chosen))
-        yield
 
 
 @pytest.fixture

@@ -97,7 +97,7 @@ Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", exists
 Workers = Annotated[str, typer.Option(metavar="auto|N", help="Episodes at once; auto: one for each core.")]
 OtherWorld = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="In another world than that of the run."),
+    typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Change the world of the run; value in YAML."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Everything, as JSON.")]
 

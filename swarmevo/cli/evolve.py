@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Scheduler = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Of a Dask cluster to run on, such as tcp://host:8786.", show_default=False),
+    typer.Option(metavar="ADDRESS", help="Dask scheduler to run on, such as tcp://host:8786.", show_default=False),
 ]
 
 
@@ -30,7 +30,7 @@ def evolve(
         str | None, typer.Argument(metavar="CONFIG", help="A YAML file, or quick (the default) or paper.")
     ] = None,
     plugin: Annotated[str | None, typer.Option(metavar="NAME", help="The optimiser.")] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Of everything random; drawn if not given.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Random seed; drawn and printed if omitted.")] = None,
     trials: Annotated[int | None, typer.Option(metavar="N", help="Independent evolutions.")] = None,
     workers: Workers = "auto",
     settings: Annotated[

@@ -23,10 +23,13 @@ def export(
     as_csv: Annotated[bool, typer.Option("--csv", help="Every episode, one line each.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Configuration, provenance, genomes and episodes.")] = False,
     controller: Annotated[int | None, typer.Option(metavar="ID", help="The genome with this id.")] = None,
-    form: Annotated[str, typer.Option("--as", metavar="json|epuck|webots", help="Of a controller; C99.")] = "json",
-    robot: Annotated[int, typer.Option(metavar="N", help="Whose controller, if each robot has its own.")] = 0,
+    form: Annotated[
+        str,
+        typer.Option("--as", metavar="json|epuck|webots", help="Format of the controller; epuck and webots are C99."),
+    ] = "json",
+    robot: Annotated[int, typer.Option(metavar="N", help="The robot, if each has its own controller.")] = 0,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="To write to; else stdout.", show_default=False)
+        Path | None, typer.Option(metavar="FILE", help="Output file; default: stdout.", show_default=False)
     ] = None,
 ) -> None:
     """Write a run, or one of its controllers, for other programs."""

@@ -19,19 +19,25 @@ _SIDE_BY_SIDE = 8  # replays in a page
 
 @app.command()
 def replay(
-    run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder and an individual; else its best.")],
+    run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its best.")],
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
     video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page on this machine.")] = False,
     live: Annotated[bool, typer.Option("--live", help="Serve episodes that are simulated while they play.")] = False,
-    generation: Annotated[int | None, typer.Option(metavar="N", help="Of the episode; else the last one.")] = None,
-    repeat: Annotated[int, typer.Option(metavar="N", help="Of the episode.")] = 0,
+    generation: Annotated[
+        int | None, typer.Option(metavar="N", help="Generation of the episode; default: the last one.")
+    ] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Repeat of the episode.")] = 0,
     robots: Annotated[str | None, typer.Option(metavar="N|N-M", help="Teams of these sizes, side by side.")] = None,
     settings: OtherWorld = None,
-    speed: Annotated[float, typer.Option(metavar="X", help="Of the video: times real time.", min=0.1, max=100)] = 8.0,
-    seconds: Annotated[str | None, typer.Option(metavar="FROM-TO", help="Of the episode, in the video.")] = None,
-    port: Annotated[int, typer.Option(metavar="N", help="To serve on; 0: any.", min=0, max=65535)] = 8000,
-    force: Annotated[bool, typer.Option("--force", help="Show a trajectory other than the stored one too.")] = False,
+    speed: Annotated[
+        float, typer.Option(metavar="X", help="Speed of the video: times real time.", min=0.1, max=100)
+    ] = 8.0,
+    seconds: Annotated[
+        str | None, typer.Option(metavar="FROM-TO", help="Part of the episode that the video shows.")
+    ] = None,
+    port: Annotated[int, typer.Option(metavar="N", help="Port to serve on; 0: any.", min=0, max=65535)] = 8000,
+    force: Annotated[bool, typer.Option("--force", help="Show a trajectory that differs from the stored one.")] = False,
 ) -> None:
     """Simulate an individual's stored episode once more and show it in 3-D."""
     from swarmevo.runs import other_world

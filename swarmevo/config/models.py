@@ -21,6 +21,7 @@ Bearing = Annotated[float, Field(ge=-360, le=360)]
 Extent = Annotated[float, Field(ge=0.01, le=10)]
 Strength = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=-10, le=10)]
+Shift = Annotated[float, Field(ge=0, le=1)]
 Jitter = Annotated[float, Field(ge=0, le=3.15)]
 Vector = Annotated[tuple[Number, Number, Number], FromList]
 CurvePoint = Annotated[tuple[Annotated[float, Field(ge=0, le=10)], Annotated[float, Field(ge=0, le=1e6)]], FromList]
@@ -125,7 +126,7 @@ class Team(Section):
     """For each robot x [m], y [m], heading [rad]; with `start: poses`."""
     start_region: Annotated[tuple[Number, Number, Number, Number], FromList] = (-0.45, 0.45, -0.45, 0.15)
     """x from, x to, y from, y to [m]; with `start: random`."""
-    start_jitter: Annotated[tuple[Jitter, Jitter], FromList] = (0.01, 0.1)
+    start_jitter: Annotated[tuple[Shift, Jitter], FromList] = (0.01, 0.1)
     """Largest deviation of position [m] and heading [rad] from the start pose, drawn anew for each episode."""
 
     @property

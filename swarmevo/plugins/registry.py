@@ -8,9 +8,13 @@ it is chosen.
 from __future__ import annotations
 
 import inspect
+import os
+import sys
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import metadata
 from inspect import Parameter
 from typing import Any
@@ -94,6 +98,19 @@ class Report:
 
 def discover() -> list[PluginEntry]:
     """Return all installed plugins, by kind and name, without importing any."""
+    return list(_installed(tuple((path, _changed(path)) for path in sys.path)))
+
+
+def _changed(path: str) -> int:
+    """Return when something was last added to a folder or taken from it; 0: it is none."""
+    with suppress(OSError):
+        return os.stat(path or ".").st_mtime_ns
+    return 0
+
+
+@lru_cache(maxsize=8)  # reading the metadata of all distributions takes longer than a small episode
+def _installed(paths: tuple[tuple[str, int], ...]) -> list[PluginEntry]:
+    """Return what is installed in ``paths``, each with the time of its last change."""
     points = [(kind, point) for kind, group in GROUPS.items() for point in metadata.entry_points(group=group)]
     claims = Counter((kind, point.name) for kind, point in points)
     entries = [

@@ -243,9 +243,22 @@ def test_the_readme_installs_what_make_needs() -> None:
 # ---- links -----------------------------------------------------------------------------------------------------------
 
 
+def links(page: Path) -> list[tuple[str, str]]:
+    return re.findall(r"\[([^]]+)\]\(([^)\s]+)\)", prose(page))
+
+
+def named_code(page: Path) -> list[tuple[str, str]]:
+    return re.findall(r"\[`(\w+)`\]\(([^)\s]+\.(?:py|cpp|hpp))\)", prose(page))
+
+
+def test_there_is_something_to_check() -> None:
+    found = {kind.__name__: sum(len(kind(page)) for page in PAGES) for kind in (links, named_code, commands)}
+    assert min(found.values()) >= 10, found
+
+
 @every_page
 def test_links_lead_somewhere(page: Path) -> None:
-    for words, link in re.findall(r"\[([^]]+)\]\(([^)\s]+)\)", prose(page)):
+    for words, link in links(page):
         if link.startswith("https://"):
             continue
         name, _, anchor = link.partition("#")
@@ -257,5 +270,5 @@ def test_links_lead_somewhere(page: Path) -> None:
 @every_page
 def test_named_code_exists(page: Path) -> None:
     """A link whose words are a name of code leads to a file that has it."""
-    for name, link in re.findall(r"\[`(\w+)`\]\(([^)\s]+\.(?:py|cpp|hpp))\)", prose(page)):
+    for name, link in named_code(page):
         assert re.search(rf"\b{name}\b", (page.parent / link).read_text()), f"[`{name}`]({link})"

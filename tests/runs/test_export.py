@@ -9,8 +9,10 @@ import json
 import math
 import re
 import shutil
+import sqlite3
 import subprocess
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,7 @@ from swarmevo.errors import ExportError, StoreError
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import FeedForward, FloatArray
 from swarmevo.runs import export
+from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
 from swarmevo.simulation._ffi import load
@@ -245,17 +248,17 @@ def test_an_e_pucks_firmware_says_what_the_library_says(tmp_path: Path, options:
         np.testing.assert_allclose(found[:, 2:], expected_steps(policies, settings, x), rtol=0, atol=1.0)
 
 
-def test_a_network_without_hidden_units_is_c_too(tmp_path: Path) -> None:
-    folder = run(tmp_path / "run", toy_plugins.config())
+def test_a_network_without_hidden_units_is_c_too(folder: Path, tmp_path: Path) -> None:
     with Store.open(folder) as store:
         genes = store.genome(1)
-        settings = configuration.load(store.config_path)
-        title = "nothing"
     genes[-2:] = 0.0  # both switches off
-    (network,) = export.networks(Team(settings), genes)
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
+        database.execute("UPDATE genome SET genes = ? WHERE id = 1", (genes.tobytes(),))
+        database.commit()
+    with Store.open(folder) as store:
+        (network,) = export.networks(Team(store.config), genes)
+        source = export.source(store, 1, "epuck") + EPUCK_MAIN
     assert network.input_hidden.shape == (0, 13)
-    text = export._template("network").substitute(export._values(network, settings, title))
-    source = text + export._template("epuck").template + EPUCK_MAIN
     x = random_observations()[:5]
     found = outputs(compiled(source, tmp_path / "c"), x)
     policies = toy_plugins.Network().policies(genes[np.newaxis])
