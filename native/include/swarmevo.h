@@ -311,15 +311,15 @@ swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t
 /* Worlds that can go on, and worlds that have failed; the others are at their horizon. */
 swe_status swe_lockstep_count(uint32_t* movable, uint32_t* failed, const swe_batch* batch);
 
-/* Begins n new episodes in some worlds, each named once; what is recorded of them begins anew. One that cannot begin
+/* Begins n new episodes in n worlds, none named twice; what is recorded of them begins anew. One that cannot begin
  * has failed: its reason is in its outcome and in swe_batch_episode_message. */
 swe_status swe_lockstep_reset(swe_batch* batch, const uint32_t* worlds, const swe_episode* episodes, size_t n);
 
 /* All worlds at this moment, of which nothing changes.
  *   outcomes      n, as if the episodes ended now; NULL: not wanted
  *   homing_times  (n, robots); NULL: not wanted
- *   channels      n_channels of them, each with one control step for an episode; NaN where the world has failed, and
- * the command before the first step */
+ *   channels      n_channels of them, of one control step; NaN where the world has failed, as is the command before the
+ *                 first step */
 swe_status swe_lockstep_state(swe_outcome* outcomes, double* homing_times, const swe_channel* channels,
                               size_t n_channels, swe_batch* batch);
 
