@@ -81,13 +81,18 @@ def test_programs_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.usefixtures("short_runs")
-def test_the_readmes_program_prints_what_it_promises(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_readmes_program_prints_what_it_promises(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     program = blocks(README, "python")[0]
     assert len(program.splitlines()) <= 25
+    monkeypatch.chdir(tmp_path)
     exec(compile(program, README.name, "exec"), {})
-    generations, robots = (capsys.readouterr().out + "\n").split("robot 0", 1)
-    assert len(re.findall(r"^generation \d: F1 \d+\.\d{3}, hidden neurons \d+$", generations, re.MULTILINE)) == 8
-    assert len(re.findall(r"ends at \(\S+, \S+\) m; reached the source at \S+ s", robots)) == 5
+    out = capsys.readouterr().out
+    assert re.search(r"^<Individual \d+ of trial 0: box_pushing \S+, hidden_neurons \d+>$", out, re.MULTILINE)
+    assert re.search(r"^<300 episodes, 5 robots: robots at the source .*95% interval", out, re.MULTILINE)
+    assert re.search(r"^the first robot of the first episode ends at \(\S+, \S+\) m$", out, re.MULTILINE)
+    assert (tmp_path / "best.html").stat().st_size > 500_000
 
 
 @pytest.fixture
