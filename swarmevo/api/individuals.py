@@ -208,7 +208,7 @@ class Individual:
         return f"<Individual {self.id} of trial {self.trial}: {values}>"
 
     def _repr_html_(self) -> str:
-        return notebook.facts(f"Individual {self.id}", {name: notebook.cell(value) for name, value in self.row.items()})
+        return notebook.facts(f"Individual {self.id}", dict(notebook.named(self.row)))
 
 
 class Episodes(Recording):
@@ -226,7 +226,10 @@ class Episodes(Recording):
 
     def _repr_html_(self) -> str:
         found = outcome(self.config.team.robots, self.homing_time, self.push_time)
-        means = {o.name: text.number(value) for o, value in zip(self.objectives, self.values.mean(axis=0), strict=True)}
+        means = {
+            text.words(o.name): text.number(value)
+            for o, value in zip(self.objectives, self.values.mean(axis=0), strict=True)
+        }
         return notebook.facts(f"{text.count(len(self), 'episode')} of one individual", {**means, **_rates(found)})
 
 

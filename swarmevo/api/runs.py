@@ -173,10 +173,10 @@ class Run:
         planned = self.config.evolution
         with self.store() as store:
             totals = store.totals()
-            done = sum(store.generations(trial) for trial in range(planned.trials))
+            stored = text.grouped(sum(store.generations(trial) for trial in range(planned.trials)))
         every = planned.trials * planned.generations
         return {
-            "trials": f"{text.count(planned.trials, 'trial')}, {done} of {text.count(every, 'generation')}",
+            "trials": f"{text.count(planned.trials, 'trial')}, {stored} of {text.count(every, 'generation')}",
             "episodes": text.count(totals.episodes, "episode"),
             "objectives": ", ".join(text.label(objective) for objective in self.objectives),
             "seed": str(self.seed),

@@ -16,8 +16,8 @@ def facts(title: str, entries: Mapping[str, str]) -> str:
 
 def table(title: str, rows: Sequence[Mapping[str, Any]]) -> str:
     """Return rows that have the same columns under a title."""
-    cells = [[cell(value) for value in row.values()] for row in rows]
-    heads = [text.words(name) for name in rows[0]] if rows else []
+    cells = [[value for _, value in named(row)] for row in rows]
+    heads = [name for name, _ in named(rows[0])] if rows else []
     return html.render("shared/notebook_table.html.jinja", title=title, heads=heads, rows=cells)
 
 
@@ -26,8 +26,14 @@ def frame(page: str) -> str:
     return html.render("shared/notebook_frame.html.jinja", page=page)
 
 
-def cell(value: Any) -> str:
-    """Return a value of a table as text."""
-    if value is None:
-        return "never"
+def named(row: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return names of code and their values as people read them."""
+    return [(text.words(name), _shown(name, value)) for name, value in row.items()]
+
+
+def _shown(name: str, value: Any) -> str:
+    if name.endswith("_time"):
+        return text.time_taken(value)
+    if name.endswith("_rate"):
+        return text.percent(value)
     return text.number(value) if isinstance(value, float) else str(value)

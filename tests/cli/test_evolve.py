@@ -31,7 +31,7 @@ def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swa
     assert "Front of trial 1" in done.out
     first, *lines = done.err.splitlines()
     assert first == "run run, seed 1"
-    pattern = r"trial \d/2, generation \d/2: best box_pushing \S+, front \d, \S+ episodes/s, 0:00:0\d left"
+    pattern = r"trial [01]/1, generation [01]/1: best box_pushing \S+, front \d, \S+ episodes/s, 0:00:0\d left"
     assert [bool(re.fullmatch(pattern, line)) for line in lines] == [True] * 4
     assert {path.name for path in Path("run").iterdir()} == {"config.yaml", "provenance.json", "run.sqlite"}
 
@@ -212,7 +212,7 @@ def test_a_live_bar_on_a_terminal(tmp_path: Path) -> None:
     out, err = on_a_terminal(tmp_path)
     assert "━" in err
     assert "\x1b[" in err
-    assert re.search(r"trial 2/2 gen 2/2  box_pushing \S+  front \d  \S+ ep/s  ETA 0:00:00", err)
+    assert re.search(r"trial 1/1 gen 1/1  box_pushing \S+  front \d  \S+ ep/s  ETA 0:00:00", err)
     assert "\x1b" not in out
 
 
@@ -225,7 +225,7 @@ def test_no_color_is_honoured(tmp_path: Path) -> None:
 def test_plain_lines_on_a_dumb_terminal(tmp_path: Path) -> None:
     _, err = on_a_terminal(tmp_path, TERM="dumb")
     assert "\x1b" not in err
-    assert "trial 2/2, generation 2/2: best box_pushing" in err
+    assert "trial 1/1, generation 1/1: best box_pushing" in err
 
 
 # ---- bad configurations ----------------------------------------------------------------------------------------------

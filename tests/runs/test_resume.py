@@ -233,7 +233,7 @@ def test_a_process_that_is_told_to_terminate_can_be_resumed(tmp_path: Path) -> N
     )
     assert process.stderr is not None
     for line in process.stderr:
-        if "generation 2/" in line:
+        if "generation 1/" in line:
             process.send_signal(signal.SIGTERM)
     assert process.wait(60) == 130
     process.stderr.close()

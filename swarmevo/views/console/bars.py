@@ -91,7 +91,7 @@ def _terminal() -> Console | None:
 def _line(now: Progress) -> str:
     objective, best = next(iter(now.best.items()))
     return (
-        f"trial {now.trial + 1}/{now.trials}, generation {now.generation + 1}/{now.generations}: "
+        f"trial {now.trial}/{now.trials - 1}, generation {now.generation}/{now.generations - 1}: "
         f"best {objective} {text.number(best)}, front {now.front_size}, "
         f"{text.throughput(now.episodes_per_second, 'episodes')}, {text.clock(now.eta_seconds)} left"
     )
@@ -101,7 +101,7 @@ def _short_line(now: Progress) -> str:
     """Return what fits beside a bar on 80 columns."""
     objective, best = next(iter(now.best.items()))
     return (
-        f"trial {now.trial + 1}/{now.trials} gen {now.generation + 1}/{now.generations}  "
+        f"trial {now.trial}/{now.trials - 1} gen {now.generation}/{now.generations - 1}  "
         f"{objective} {text.number(best)}  front {now.front_size}  {text.throughput(now.episodes_per_second, 'ep')}  "
         f"ETA {text.clock(now.eta_seconds)}"
     )
