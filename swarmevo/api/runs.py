@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from swarmevo import config as configuration
-from swarmevo import plugins, simulation
 from swarmevo.analysis import assessment, fronts
 from swarmevo.analysis.assessment import TEAM_SIZES
 from swarmevo.analysis.fronts import Summary
@@ -17,6 +16,7 @@ from swarmevo.analysis.table_ii import Assessment
 from swarmevo.api.individuals import Front, Individual
 from swarmevo.config import Config
 from swarmevo.evolution.loop import Progress
+from swarmevo.plugins import team
 from swarmevo.plugins.team import never
 from swarmevo.protocols import Objective
 from swarmevo.runs import driver, verification
@@ -34,11 +34,7 @@ def load_config(source: str | os.PathLike[str] | None = None, set: Mapping[str, 
     Raises:
         ConfigError: With everything that is wrong.
     """
-
-    def errors(found: Config) -> list[str]:
-        return simulation.scene_errors(found) + plugins.option_errors(found)
-
-    return configuration.load(os.fspath(source) if source else None, configuration.as_overrides(set or {}), errors)
+    return team.load_config(os.fspath(source) if source else None, configuration.as_overrides(set or {}))
 
 
 def evolve(

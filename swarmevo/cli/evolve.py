@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,12 +43,15 @@ def evolve(
     ] = False,
 ) -> None:
     """Evolve controllers and print the Pareto front."""
+    from swarmevo.config import seeded
+    from swarmevo.plugins.team import load_config
+
     count = worker_count(workers)
     if out is not None and out.exists():
         exit_with(USAGE, f"--out {out}: exists already and is never overwritten; choose another name")
     given = {"optimiser": plugin and json.dumps(plugin), "evolution.seed": seed, "evolution.trials": trials}
     overrides = [f"{key}={value}" for key, value in given.items() if value is not None] + (settings or [])
-    chosen = _checked(config, overrides)
+    chosen = seeded(load_config(config, overrides))
     if dry_run:
         _forecast(chosen, count)
         return
@@ -76,16 +78,6 @@ def resume(
     if generations is not None:
         _extend(run, generations)
     _go_on(run, count, scheduler)
-
-
-def _checked(source: str | None, overrides: Sequence[str]) -> Config:
-    """Return the configuration with a seed, after every check there is."""
-    from swarmevo import config, plugins, simulation
-
-    def errors(found: Config) -> list[str]:
-        return simulation.scene_errors(found) + plugins.option_errors(found)
-
-    return config.seeded(config.load(source, overrides, errors))
 
 
 def _forecast(config: Config, workers: int) -> None:

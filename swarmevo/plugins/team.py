@@ -7,10 +7,11 @@ Everything that lets an individual act goes through :class:`Team`: evolution, te
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
-from swarmevo import simulation
+from swarmevo import config, simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError
 from swarmevo.plugins.checked import (
@@ -20,9 +21,26 @@ from swarmevo.plugins.checked import (
     TeamController,
     check_names,
 )
-from swarmevo.plugins.registry import individual_space
+from swarmevo.plugins.registry import individual_space, option_errors
 from swarmevo.protocols import Controller, FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
 from swarmevo.simulation import EpisodeKey, Episodes
+
+
+def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Config:
+    """Read a configuration and check all of it: keys, the world, the plugins and their options.
+
+    Args:
+        source: As :func:`swarmevo.config.load` takes it.
+        overrides: ``section.key=value``.
+
+    Raises:
+        ConfigError: With everything that is wrong.
+    """
+
+    def errors(found: Config) -> list[str]:
+        return simulation.scene_errors(found) + option_errors(found)
+
+    return config.load(source, overrides, errors)
 
 
 def never() -> bool:
@@ -34,7 +52,7 @@ class Team:
     """What an individual acts with and is judged by. For one thread: a plugin need not be safe to share.
 
     Args:
-        config: Of the run; its section ``evolution`` is not read.
+        settings: Of the run; the section ``evolution`` is not read.
 
     Raises:
         EvaluationError: A plugin is not what it should be.
@@ -42,19 +60,19 @@ class Team:
         SimulatorError: The library refuses the scene.
     """
 
-    def __init__(self, config: Config) -> None:
-        self.config = config
-        self.scene = simulation.Scene(config)
+    def __init__(self, settings: Config) -> None:
+        self.config = settings
+        self.scene = simulation.Scene(settings)
         self.robots = self.scene.info.robots
-        self._controller = CheckedController(config, self.scene.info)
-        self._fitness = [CheckedFitness(name, options) for name, options in config.fitness.items()]
+        self._controller = CheckedController(settings, self.scene.info)
+        self._fitness = [CheckedFitness(name, options) for name, options in settings.fitness.items()]
         self.objectives: list[Objective] = [objective for one in self._fitness for objective in one.objectives]
         check_names(self.objectives)
         self.channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
         """Telemetry that the fitness functions need."""
-        self.space: GenomeSpace = individual_space(self._controller.space, config.team)
+        self.space: GenomeSpace = individual_space(self._controller.space, settings.team)
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
-        own = config.team.has_own_genomes
+        own = settings.team.has_own_genomes
         self._judged: Controller = TeamController(self._controller.made, self.robots) if own else self._controller.made
 
     @property

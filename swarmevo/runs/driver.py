@@ -92,7 +92,7 @@ def extend(store: Store, generations: str) -> int:
     stored = max((store.generations(trial) for trial in store.trials()), default=0)
     if wanted < stored:
         raise ConfigError(f"generations: expected at least the {stored} that are stored, got {wanted}")
-    extended = configuration.load(store.config_path, [f"evolution.generations={wanted}"])
+    extended = configuration.changed(store.config, [f"evolution.generations={wanted}"])
     if extended != now:
         store.replace_config(configuration.dump(extended))
     return wanted

@@ -37,7 +37,7 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
         raise ConfigError(*refused)
     if not overrides:
         return store.config
-    other = config.load(store.config_path, overrides, simulation.scene_errors)
+    other = config.changed(store.config, overrides, simulation.scene_errors)
     with Evaluator(store.config, workers=1) as run, Evaluator(other, workers=1) as here:
         if run.space != here.space:
             raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")
