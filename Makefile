@@ -8,7 +8,7 @@
 #   make sanitize  the native tests under address, undefined-behaviour and thread sanitizers
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
 #   make validation  measure the physics and write docs/validation.md; half an hour
-#   make docs      docs/configuration.md and docs/channels.md from the code, then all pages as HTML in build/docs
+#   make docs      docs/configuration.md, channels.md and episodes.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
@@ -97,6 +97,7 @@ validation: $(call needs,test)
 docs: $(call needs,docs)
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/python docs/generate_channels.py
+	$(BIN)/python docs/generate_episodes.py
 	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
 
 clean:

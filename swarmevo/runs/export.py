@@ -32,18 +32,24 @@ OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i i
 # ---- episodes --------------------------------------------------------------------------------------------------------
 
 
+BEFORE: Final = {
+    "trial": "from 0",
+    "generation": "from 0",
+    "individual": "place in the generation, from 0",
+    "repeat": "from 0; with the run's seed, trial and generation it keys everything random in the episode",
+    "genome": "id of the individual's genome, as `swarmevo show` prints it; equal genomes have one id",
+}
+"""Columns of an exported episode before those of ``COLUMNS``, with their meanings."""
+AFTER: Final = {
+    "session": "that ran it; provenance of each in the JSON export and in run.sqlite",
+    "fault": "why it failed, and has the worst objectives; empty: it did not",
+}
+"""Those behind."""
+
+
 def columns(store: Store) -> dict[str, str]:
     """Return the columns of :func:`episodes` with their meanings, in order."""
-    return {
-        "trial": "from 0",
-        "generation": "from 0",
-        "individual": "place in the generation, from 0",
-        "repeat": "from 0; with the run's seed, trial and generation it keys everything random in the episode",
-        "genome": "id of the individual's genome",
-        **{name: meaning for column in COLUMNS for name, meaning in _cells(store, column)},
-        "session": "that ran it; provenance of each in the JSON export and in run.sqlite",
-        "fault": "why it failed, and has the worst objectives; empty: it did not",
-    }
+    return {**BEFORE, **{name: meaning for column in COLUMNS for name, meaning in _cells(store, column)}, **AFTER}
 
 
 def _cells(store: Store, column: Column) -> Iterator[tuple[str, str]]:

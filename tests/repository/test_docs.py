@@ -141,7 +141,7 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
 # ---- keys ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["configuration", "channels"])
+@pytest.mark.parametrize("name", ["configuration", "channels", "episodes"])
 def test_a_generated_page_is_up_to_date(name: str) -> None:
     generated = runpy.run_path(str(DOCS / f"generate_{name}.py"))["text"]()
     assert (DOCS / f"{name}.md").read_text() == generated, "run: make docs"

@@ -110,11 +110,11 @@ def test_a_run_without_a_generation_exports_no_episode(tmp_path: Path) -> None:
 
 
 def test_every_column_is_documented(folder: Path) -> None:
-    page = (DOCS / "runs.md").read_text()
+    page = (DOCS / "episodes.md").read_text()
     with Store.open(folder) as store:
         objectives = {objective.name for objective in store.objectives}
         for name in export.columns(store):
-            assert name in objectives or f"`{re.sub('_[0-9]+$', '_j', name)}`" in page, name
+            assert name in objectives or f"`{re.sub('_[0-9]+$', '_J', name)}`" in page, name
 
 
 # ---- controllers -----------------------------------------------------------------------------------------------------
