@@ -47,8 +47,7 @@ lint: $(VENV)/installed-lint build/system-lint
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/deptry swarmevo plugins/swarmevo_paper
-	clang-format --dry-run --Werror native/include/*.h native/src/* native/reference/* native/tests/* native/fuzz/*.?pp \
-	  benchmarks/native/*.cpp benchmarks/peers/*.cpp
+	clang-format --dry-run --Werror $$(find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
 
 sanitize: build/system-test
 	for sanitizer in address,undefined thread; do \

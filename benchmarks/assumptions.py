@@ -48,31 +48,31 @@ class Assumption:
 ASSUMPTIONS = (
     Assumption(
         "a robot that nothing is near and whose wheels hold coasts, in closed form",
-        "world.cpp",
+        "world/world.cpp",
         "robot.coasts = robot.is_free && robot.drive->can_coast(time_step);",
         "robot.coasts = false;",
     ),
     Assumption(
         "what would take a shove to meet does not meet",
-        "world.cpp",
+        "world/world.cpp",
         "average.begin(time_step, !is_level || cautious);",
         "average.begin(time_step, true);",
     ),
     Assumption(
         "what is at rest stays there under the same forces",
-        "world.cpp",
+        "world/world.cpp",
         "if (!is_level || scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) return rest;",
         "if (is_level || scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) return rest;",
     ),
     Assumption(
         "a box that stands is a wall",
-        "world_box.cpp",
+        "world/box.cpp",
         "stands_ = is_level_ && is_still && corner_limit_ > 0;",
         "stands_ = is_level_ && is_still && corner_limit_ > 1e9;",
     ),
     Assumption(
         "a robot whose wheels stick goes where they take it: where Newton's method begins",
-        "world_compliant.cpp",
+        "world/compliant.cpp",
         "if (!drive || !drive->sticks()) return;",
         "if (true) return;",
     ),

@@ -8,9 +8,9 @@
 #include "batch.hpp"
 #include "error.hpp"
 #include "policy.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 #include "swarmevo.h"
-#include "world.hpp"
+#include "world/world.hpp"
 
 using namespace swarmevo;
 

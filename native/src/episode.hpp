@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "rng.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 #include "sensors.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace swarmevo {
 

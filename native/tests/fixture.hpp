@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "scene.hpp"
-#include "world.hpp"
+#include "scene/scene.hpp"
+#include "world/world.hpp"
 
 namespace swarmevo {
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "../reference/planar.hpp"
+#include "../../native/reference/planar.hpp"
 
 using namespace swarmevo_reference;
 
