@@ -11,8 +11,8 @@
 
 #include <array>
 
+#include "world/contacts.hpp"
 #include "world/limit_curve.hpp"
-#include "world/ode.hpp"
 #include "world/rub.hpp"
 
 namespace swarmevo {

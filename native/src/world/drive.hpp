@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
+#include "world/contacts.hpp"
 #include "world/limit_curve.hpp"
-#include "world/ode.hpp"
 #include "world/rub.hpp"
 
 namespace swarmevo {

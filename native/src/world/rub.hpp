@@ -17,7 +17,7 @@
 #pragma once
 
 #include "world/constants.hpp"
-#include "world/ode.hpp"
+#include "world/contacts.hpp"
 
 namespace swarmevo {
 

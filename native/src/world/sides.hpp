@@ -9,7 +9,7 @@
 
 #include "world/average.hpp"
 #include "world/box.hpp"
-#include "world/ode.hpp"
+#include "world/contacts.hpp"
 
 namespace swarmevo {
 

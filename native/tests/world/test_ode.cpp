@@ -9,7 +9,7 @@
 
 #include "error.hpp"
 #include "fixture.hpp"
-#include "world/ode.hpp"
+#include "world/contacts.hpp"
 #include "world/world.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
