@@ -77,19 +77,22 @@ bool AverageVelocity::may_close(double gap) const {
     return cautious_ || gap - kSlack <= (speed_ + kUsualShove) * time_step_;
 }
 
-bool AverageVelocity::kept_clear() {
+void AverageVelocity::read_velocities() {
     for (Body& body : bodies_) body.now = dBodyIsEnabled(body.id) ? motion_of(body.id) : body.intended;
+}
+
+bool AverageVelocity::kept_clear() const {
     return std::none_of(to_check_.begin(), to_check_.end(), [&](const Touch& touch) {
-        return approach(touch, &Body::now) * time_step_ > touch.gap + (touch.travel > 0 ? kUnnoticed : 0);
+        return approach(touch, &Body::now) * time_step_ > touch.gap + (touch.travel > 0 ? kUnnoticedOverlap : 0);
     });
 }
 
-double AverageVelocity::until_blow() const {
+double AverageVelocity::until_impact() const {
     double share = 1;
     for (const Touch& touch : touches_) {
         if (touch.gap <= kContactGap || touch.travel <= 0) continue;
         const double closed = (touch.closing + approach(touch, &Body::now)) / 2 * time_step_;
-        if (closed > touch.gap + kSlightPress) share = std::fmin(share, touch.gap / closed);
+        if (closed > touch.gap + kImpactDepth) share = std::fmin(share, touch.gap / closed);
     }
     return share;
 }

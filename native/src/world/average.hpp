@@ -67,12 +67,15 @@ class AverageVelocity {
 
     const std::vector<Touch>& touches() const { return touches_; }  // that are likely
 
-    // After the step: did all keep apart that were not likely to meet?
-    bool kept_clear();
+    // After the step is solved for: takes down the velocities that came out.
+    void read_velocities();
+
+    // And then: did all keep apart that were not likely to meet?
+    bool kept_clear() const;
 
     // Share of the step after which bumpers met that were apart and are pressed in by more than a little in the end, of
     // those that met first. 1 where none did.
-    double until_blow() const;
+    double until_impact() const;
 
     // How far a body that touched another may have moved too far in the step, or too little [m].
     double error() const;

@@ -40,7 +40,7 @@ Vector Box::foot(int number) const {
             -half_height_};
 }
 
-void Box::stand(const Place& place) {
+void Box::place_at(const Place& place) {
     place_ = place;
     for (int i = 0; i < kCorners; ++i) {
         const Vector local = foot(i);
@@ -59,11 +59,6 @@ Twist Box::motion() const {
 Vector Box::slip(int number, const Twist& motion) const {
     const Vector& to = feet_[number];
     return {motion.x - motion.spin * to[1], motion.y + motion.spin * to[0], 0};
-}
-
-void Box::expect(bool is_still) {
-    stands_ = is_level_ && is_still && corner_limit_ > 0;
-    expects_ = true;
 }
 
 void Box::expect_slips(const Twist& motion) {
@@ -90,10 +85,9 @@ void Box::add_to(Contacts& contacts) {
     }
 }
 
-bool Box::fits(const Load& load, bool by_ode) {
-    if (stands_) return holds(load);
+bool Box::fits() {
     bool all = true;
-    if (is_level_ && by_ode)
+    if (is_level_)  // at the small steps of the reference the slip of the step before is a good guess
         for (int i = 0; i < kCorners; ++i) all &= rubs_[i].fits(slip(i, motion()), corner_limit_);
     return all;
 }
@@ -112,8 +106,7 @@ void Box::finish(bool by_ode) {
     }
 }
 
-// Can walls and feet keep the box where it is? If not, it is expected to begin to slip as the feet give way.
-bool Box::holds(Load load) {
+bool Box::withstands(Load load) {
     take_by_walls(load);
     const Hold hold = hold_of(feet_, corner_limit_, load, kHoldPrecision);
     if (hold.factor >= 1) return true;

@@ -28,22 +28,27 @@ class Box {
     double reach() const { return reach_; }         // from its middle to its corners [m]
     double height() const { return half_height_; }  // of its centre [m]
 
-    // Before a step is laid out for the first time. `is_still`: it neither moved nor changed its speed in the last one.
-    void expect(bool is_still);
+    // Before a step is laid out for the first time: feet are expected to slip as they do now.
+    void expect() { expects_ = true; }
+
+    // And whether it is a wall in this step: if it is still, level, and rubs at all.
+    void assume_standing(bool is_still) { stands_ = is_level_ && is_still && corner_limit_ > 0; }
+    bool stands() const { return stands_; }
 
     // Where the contacts of the step that is laid out find it.
-    void stand(const Place& place);
-
-    // In the step that is laid out it is a wall.
-    bool stands() const { return stands_; }
+    void place_at(const Place& place);
 
     // Of a step in which it may move.
     void add_to(CompliantStep& step);
     void add_to(Contacts& contacts);
 
-    // After the step: does floor and walls hold a box that stands against what others do to it? Was the friction of one
-    // that moves Coulomb's? (`by_ode`: else it is.) If not, the step is to be laid out anew, with what this one showed.
-    bool fits(const Load& load, bool by_ode);
+    // After a step in which it stood: can walls and feet hold it against what others do to it? If not, it stands no
+    // more, and is expected to begin to slip as the feet give way.
+    bool withstands(Load load);
+
+    // After a step of ODE in which it moved: was its friction Coulomb's? If not, the step is to be laid out anew, with
+    // what this one showed.
+    bool fits();
 
     // After a step that holds.
     void finish(bool by_ode);
@@ -57,7 +62,6 @@ class Box {
     Vector slip(int number, const Twist& motion) const;
     Twist motion() const;
     void expect_slips(const Twist& motion);
-    bool holds(Load load);
     void take_by_walls(Load& load) const;
 
     const Scene& scene_;

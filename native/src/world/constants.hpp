@@ -1,37 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tolerances of the physics, each with what it was tuned for. Lengths and speeds are those of robots like the E-puck;
-// scene.cpp refuses what is too fast for them. What an experiment may want to change is in swe_physics_config instead.
+// scene/validation.cpp refuses what is too fast for them. What an experiment may want to change is in
+// swe_physics_config instead.
 #pragma once
 
 namespace swarmevo {
 
-// ---- the length of a step (world.cpp) ----
+// ---- the length of a step (step.cpp, assume/) ----
 
 // Error that a body in touch may make in a step [m]: its change of speed, by which it may move half a step too early or
 // too late. docs/validation.md, "Where bodies meet": the cases there keep to 2 % of the way and 2 degrees.
-constexpr double kWayError = 5e-4;
-// The same where nothing gives way: a rigid blow moves the box by 0.2 mm in all, and is to be right within a tenth.
-constexpr double kRigidWayError = 2e-6;
+constexpr double kPositionError = 5e-4;
+// The same where nothing gives way: a rigid impact moves the box by 0.2 mm in all, and is to be right within a tenth.
+constexpr double kRigidPositionError = 2e-6;
 // Depth to which bumpers may be pressed in by the end of the step in which they meet [m]. Deeper, and it is cut where
 // they meet: before, there is nothing to push, and forces of a step that begins apart are too weak.
-constexpr double kSlightPress = 1e-4;
-// Share to which a step is cut at once, whatever else is wrong with it.
-constexpr double kFarTooLong = 0.25;
+constexpr double kImpactDepth = 1e-4;
+// A step that is to be cut to this share or less is cut before anything else is mended.
+constexpr double kUrgentCut = 0.25;
 // No step is cut below this [s].
 constexpr double kShortestStep = 1e-4;
 // Farthest that a body that was thrown moves in one step [m], since contacts are those of its beginning.
-constexpr double kThrownWay = 1e-3;
-// How often a step is laid out anew with better guesses before it is cut.
+constexpr double kThrownDistance = 1e-3;
+// How often a step of one length is tried with better guesses before it is accepted as it is.
 constexpr int kMostTries = 8;
 // How often a step is halved at most where ODE's solver stalls.
-constexpr int kDeepestHalving = 4;
+constexpr int kMostHalvings = 4;
 
 // ---- steps in which all gives way (compliant.cpp) ----
 
 // Largest ratio of a step to the one before at which it is of second order: beyond 1 + sqrt(2) it would be unstable.
 constexpr double kLargestGrowth = 2.3;
 // Change of a robot's rim speeds, both together, from which its acceleration jumps [m/s]: a twelfth of what it can be.
-constexpr double kJolt = 0.02;
+constexpr double kSpeedJump = 0.02;
 // Slip by which friction of what sticks changes from none to its limit [m/s]: 10 um in a step of 50 ms.
 constexpr double kStickSlip = 2e-4;
 // Square of the share of its limit below which friction did stick.
@@ -69,7 +70,7 @@ constexpr double kSlack = 1e-4;
 constexpr double kContactGap = 1e-5;
 // Overlap of two sprung bumpers, or of a bumper and what it meets, that no contact knew of, at most [m]: a twentieth of
 // what a robot that pushes makes.
-constexpr double kUnnoticed = 2.5e-4;
+constexpr double kUnnoticedOverlap = 2.5e-4;
 
 // ---- rest ----
 

@@ -31,7 +31,7 @@ class Drive {
     virtual void set_rim_speeds(double left_speed, double right_speed) { rim_speeds_ = {left_speed, right_speed}; }
 
     // By how much other rim speeds differ from those that hold, both wheels together [m/s].
-    double jolt(double left_speed, double right_speed) const {
+    double speed_change(double left_speed, double right_speed) const {
         return std::abs(left_speed - rim_speeds_[left]) + std::abs(right_speed - rim_speeds_[right]);
     }
 

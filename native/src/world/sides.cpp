@@ -86,10 +86,14 @@ void Sides::add_to(Contacts& contacts) {
     }
 }
 
+void Sides::read_forces() {
+    for (Pair* pair : meeting_)
+        for (int i = 0; i < 2; ++i) pair->force[i] = pair->bumper.f1[i] + pair->stop.f1[i];
+}
+
 bool Sides::fits() {
     bool all = true;
     for (Pair* pair : meeting_) {
-        for (int i = 0; i < 2; ++i) pair->force[i] = pair->bumper.f1[i] + pair->stop.f1[i];
         if (pair->load == Friction::kSolved) continue;
         const double press = pair->press();
         if (std::abs(press - pair->load) * pair->side_friction <= slight_load_) continue;

@@ -60,7 +60,10 @@ class Sides {
 
     void add_to(Contacts& contacts);
 
-    // After the step: is friction limited by the normal forces that it came out with? If not, the step is to be laid
+    // After the step: takes down the forces that came out.
+    void read_forces();
+
+    // And then: is friction limited by the normal forces that it came out with? If not, the step is to be laid
     // out anew, with these. ODE itself limits friction by the forces that hold without any.
     bool fits();
 

@@ -95,6 +95,7 @@ TEST_CASE("sides are likely to meet or not, by the shove that it would take") {
         CHECK(average.touches().size() == (likely ? 1 : 0));
         CHECK(likely == average.may_close(a.gap));
         dBodySetLinearVel(body, a.after, 0, 0);
+        average.read_velocities();
         return Outcome{likely, average.kept_clear()};
     };
     for (const bool drifts : {true, false}) {

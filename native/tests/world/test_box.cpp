@@ -46,9 +46,10 @@ struct LoneBox {
     }
 
     bool holds(const Load& load) {
-        box.expect(true);
-        box.stand(place());
-        return box.fits(load, false);
+        box.expect();
+        box.assume_standing(true);
+        box.place_at(place());
+        return box.withstands(load);
     }
 
     // A step under a load, laid out anew until it fits. The load comes as what it adds to the velocity. Returns whether
@@ -61,12 +62,13 @@ struct LoneBox {
         const double spin = dBodyGetAngularVel(box.body())[2];
         dBodySetAngularVel(box.body(), 0, 0, spin + load.torque * kStep / mass.I[10]);
         const BodyState before = state_of(box.body());
-        box.expect(is_still);
+        box.expect();
+        box.assume_standing(is_still);
         for (int tries = 0; tries < kManyTries; ++tries) {
             set_state(box.body(), before);
-            box.stand(place());
+            box.place_at(place());
             if (!box.stands()) by_ode = !move(by_ode);
-            if (!box.fits(load, by_ode)) continue;
+            if (box.stands() ? !box.withstands(load) : by_ode && !box.fits()) continue;
             box.finish(by_ode);
             return by_ode;
         }
@@ -132,7 +134,7 @@ TEST_CASE("a standing box stands as long as its feet hold, whether it is expecte
         CAPTURE(i);
         const double heading = kPi * random();
         LoneBox box(0, 0, heading);
-        box.box.stand(box.place());
+        box.box.place_at(box.place());
         Load load{random(), random(), 0.2 * random()};
         Feet feet;
         for (int foot = 0; foot < Box::kCorners; ++foot) feet[foot] = box.box.corner(foot);
@@ -188,8 +190,8 @@ TEST_CASE("a wall holds a box against what presses on it, between the corners th
 
 TEST_CASE("a box that is thrown comes to rest where the reference's does, at every time step") {
     constexpr double kFastest = 0.6, kFastestSpin = 6, kShare = 0.02, kTurn = 0.2 * kRadiansPerDegree;
-    // Steps of a thrown box are as long as kThrownWay; friction has one direction in each, that of its end.
-    constexpr double kWay = kThrownWay / 5;
+    // Steps of a thrown box are as long as kThrownDistance; friction has one direction in each, that of its end.
+    constexpr double kWay = kThrownDistance / 5;
     Random random;
     for (int i = 0; i < 30; ++i) {
         const double speed = kFastest * std::abs(random()), direction = kPi * random();

@@ -89,7 +89,7 @@ struct Crowd {
     void lay_out() {
         average.begin(step, true);
         sides.begin();
-        box.stand(average.place(kRobots));
+        box.place_at(average.place(kRobots));
         for (int i = 0; i < kRobots; ++i) {
             sides.add_robot_at_walls(solid(i));
             for (int j = 0; j < i; ++j) sides.add_robots(solid(i), solid(j));
@@ -130,15 +130,16 @@ struct Crowd {
             box.add_to(contacts);
             sides.add_to(contacts);
             if (world.step(step) > 0) return false;
+            sides.read_forces();
             bool all = sides.fits();
             for (const auto& drive : drives) all &= drive->fits();
-            if (box.fits({}, true) && all) return true;
+            if (box.fits() && all) return true;
         }
         return false;
     }
 
     void expect() {
-        box.expect(false);
+        box.expect();
         for (const auto& drive : drives) drive->expect();
     }
 
