@@ -19,8 +19,8 @@ namespace swarmevo {
 // What a check found.
 struct Finding {
     bool came_true = true;
+    bool is_final = false;  // nothing that others found matters, and no more of them are checked
     double share = 1;       // below 1: the step is too long, and is to be cut to this share of its length
-    bool is_final = false;  // what was found so far does not matter, and nothing more is looked at
 };
 
 // Its functions are called in the order in which they stand here.

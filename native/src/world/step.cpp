@@ -29,6 +29,11 @@ void stop_if_still(dBodyID body) {
     dBodySetAngularVel(body, 0, 0, 0);
 }
 
+bool nothing_to_solve(const State& state) {
+    const auto is_solved = [](const Robot& robot) { return robot.role == Role::solved; };
+    return state.box.stands() && std::none_of(state.robots.begin(), state.robots.end(), is_solved);
+}
+
 }  // namespace
 
 Stepper::Stepper(State& state) : state_(state), assumptions_(all_assumptions(state)) {}
@@ -40,7 +45,7 @@ void Stepper::advance() {
 
 double Stepper::longest_step() const {
     double longest = state_.scene.physics.time_step;
-    for (const auto& assumption : assumptions_) longest = std::fmin(longest, assumption->longest_step());
+    for (const auto& assumption : assumptions_) longest = std::min(longest, assumption->longest_step());
     return longest;
 }
 
@@ -102,9 +107,8 @@ void Stepper::find_contacts(const Attempt& attempt) {
 // Finds the velocities after the step: of level bodies by Newton's method, or by ODE where its rounds do not come to an
 // end; of the articulated drive by ODE.
 void Stepper::solve(Attempt& attempt) {
-    const auto& bodies = state_.bodies;
     attempt.warnings = 0;
-    if (std::none_of(bodies.begin(), bodies.end(), [](dBodyID body) { return dBodyIsEnabled(body); })) {
+    if (nothing_to_solve(state_)) {
         attempt.solver = Solver::none;
     } else if (state_.is_level && !attempt.is_soft && solve_by_newton(attempt.time_step)) {
         attempt.solver = Solver::newton;
@@ -165,7 +169,7 @@ bool Stepper::holds(Attempt& attempt) {
             return found.came_true;
         }
         all &= found.came_true;
-        share = std::fmin(share, found.share);
+        share = std::min(share, found.share);
     }
     if (share <= kUrgentCut || (share < 1 && all)) {
         attempt.cut(share);

@@ -16,7 +16,7 @@ class NoImpacts : public Assumption {
         const double share = state_.average.until_impact();
         if (share == 1 || share * attempt.time_step < kShortestStep) return {};
         attempt.uncut_length = attempt.time_step;
-        return {false, share, true};
+        return {false, true, share};
     }
 
   private:

@@ -15,11 +15,12 @@ namespace {
 class Resting : public Assumption {
   public:
     explicit Resting(State& state)
-        : state_(state), feels_forces_(state.scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) {}
+        : state_(state),
+          feels_forces_(state.scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE),
+          rests_(state.robots.size() + 1) {}
 
     void before_solving(Attempt&) override {
-        if (feels_forces_) return;
-        find_resting_robots();
+        if (feels_forces_ || !find_resting_robots()) return;
         for (Robot& robot : state_.robots) {
             if (!rests_[robot.number]) continue;
             robot.role = Role::rests;
@@ -28,13 +29,19 @@ class Resting : public Assumption {
     }
 
   private:
-    void find_resting_robots() {
-        rests_.assign(state_.robots.size() + 1, false);
-        for (const Robot& robot : state_.robots)
-            rests_[robot.number] = !robot.is_free && robot.is_steady && state_.average.has_settled(robot.number);
+    // Returns whether there may be any.
+    bool find_resting_robots() {
+        bool any = false;
+        for (const Robot& robot : state_.robots) {
+            const bool rests = !robot.is_free && robot.is_steady && state_.average.has_settled(robot.number);
+            rests_[robot.number] = rests;
+            any |= rests;
+        }
+        if (!any) return false;
         const auto& touches = state_.average.touches();
         while (std::any_of(touches.begin(), touches.end(), [&](const auto& touch) { return wakes_up(touch); }))
             continue;
+        return true;
     }
 
     // Does one of two that touch not rest? Then neither does the other.
@@ -48,7 +55,7 @@ class Resting : public Assumption {
 
     State& state_;
     const bool feels_forces_;
-    std::vector<char> rests_;  // by the body's number
+    std::vector<char> rests_;  // by the body's number; never the box, which moves if it does not stand
 };
 
 }  // namespace

@@ -15,9 +15,9 @@ class Solvable : public Assumption {
     Finding check(Attempt& attempt) override {
         if (attempt.warnings == 0) return {};
         is_soft_ = !attempt.is_soft;
-        if (is_soft_) return {false, 1, true};
-        if (halvings_++ == kMostHalvings) return {true, 1, true};
-        return {false, 0.5, true};
+        if (is_soft_) return {false, true};
+        if (halvings_++ == kMostHalvings) return {true, true};
+        return {false, true, 0.5};
     }
 
     void accept(const Attempt&) override {

@@ -24,7 +24,7 @@ class SteadySpeeds : public Assumption {
         double share = 1;
         for (double left = error(); left > largest_error_ && share * attempt.time_step > kShortestStep; left /= 4)
             share /= 2;
-        return {true, share};
+        return {true, false, share};
     }
 
     void accept(const Attempt& attempt) override {
