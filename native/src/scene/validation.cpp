@@ -80,8 +80,8 @@ void check_softness(Check& check, const swe_scene_config& c) {
         std::max(rim_speed(c.robot, 1, c.noise.wheels), std::hypot(c.box.velocity[0], c.box.velocity[1]));
     const double press = c.team.robots * c.physics.wheel_friction * c.robot.mass * c.physics.gravity *
                          c.physics.time_step / c.physics.contact_erp;
-    const double blow = std::max(c.box.mass, c.robot.mass) * speed;
-    const double softest = kDeepest / std::max(press, blow);
+    const double impact = std::max(c.box.mass, c.robot.mass) * speed;
+    const double softest = kDeepest / std::max(press, impact);
     if (c.physics.contact_cfm > softest)
         check.fail("physics.contact_cfm: expected at most " + number(softest) +
                    " s/kg, or bodies as heavy and as fast as these overlap by more than a millimetre, got " +

@@ -74,7 +74,7 @@ bool AverageVelocity::note(Touch& touch) {
 }
 
 bool AverageVelocity::may_close(double gap) const {
-    return cautious_ || gap - kSlack <= (speed_ + kUsualShove) * time_step_;
+    return cautious_ || gap - kSlack <= (speed_ + kPushAllowance) * time_step_;
 }
 
 void AverageVelocity::read_velocities() {
@@ -154,7 +154,7 @@ AverageVelocity::Motion AverageVelocity::missing_way(const Body& body) const {
     return {-dx * time, -dy * time, -turn * spin_time};
 }
 
-// Gives up the missing ways of two bodies where they would lead into something that does not give way.
+// Gives up the missing ways of two bodies where they would lead into something rigid.
 void AverageVelocity::keep_apart(const Touch& touch) {
     const double closed = approach(touch, &Body::missing), left = touch.gap - approach(touch, &Body::now) * time_step_;
     if (closed <= kContactGap || left + touch.travel >= closed) return;

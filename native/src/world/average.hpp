@@ -43,7 +43,7 @@ class AverageVelocity {
     // Bodies are numbered in the order in which they are added.
     void add_body(dBodyID body, const Limits& limits);
 
-    // Before a step of this length [s]: takes down all velocities, and where they lead to. `cautious`: whatever is
+    // Before a step of this length [s]: records all velocities, and where they lead to. `cautious`: whatever is
     // noted is likely to meet.
     void begin(double time_step, bool cautious);
 
@@ -59,7 +59,7 @@ class AverageVelocity {
     // The body stays as it is in the step, whatever its drive does.
     void hold(int body) { bodies_[body].intended = bodies_[body].before; }
 
-    // Are the sides likely to meet in the step? Not where others would have to shove them.
+    // Are the sides likely to meet in the step? Not where others would have to push them.
     bool note(Touch& touch);
 
     // Could a gap between the sides that were noted last be closed in the step, as `note` understands it?
@@ -67,7 +67,7 @@ class AverageVelocity {
 
     const std::vector<Touch>& touches() const { return touches_; }  // that are likely
 
-    // After the step is solved for: takes down the velocities that came out.
+    // After the step is solved for: records the velocities that came out.
     void read_velocities();
 
     // And then: did all keep apart that were not likely to meet?

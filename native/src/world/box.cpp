@@ -12,7 +12,7 @@ namespace {
 
 // The limit curve is followed to this share of a load.
 constexpr double kHoldPrecision = 1e-4;
-// Speed at which a box that gives way is first expected to move [m/s].
+// Speed at which a box whose feet give way is first expected to move [m/s].
 constexpr double kFirstSpeed = 1e-3;
 
 }  // namespace

@@ -40,21 +40,21 @@ void CompliantStep::add_body(int number, dBodyID id, const Place& place, Drive* 
                        {},
                        at,
                        0});
-    go_on(bodies_.back());
+    use_second_order(bodies_.back());
     if (!drive || !drive->sticks()) return;
     const Twist guess = drive->intended_motion();
     for (int k = 0; k < 3; ++k) bodies_.back().guess[k] = k == 0 ? guess.x : k == 1 ? guess.y : guess.spin;
 }
 
-void CompliantStep::start_anew(Body& body) {
+void CompliantStep::use_euler(Body& body) {
     body.gain = 1;
     std::copy_n(body.before, 3, body.from);
 }
 
-void CompliantStep::go_on(Body& body) const {
+void CompliantStep::use_second_order(Body& body) const {
     const Past& past = past_[body.number];
     const double ratio = past.time_step > 0 ? time_step_ / past.time_step : kLargestGrowth + 1;
-    if (ratio > kLargestGrowth) return start_anew(body);
+    if (ratio > kLargestGrowth) return use_euler(body);
     body.gain = (1 + 2 * ratio) / (1 + ratio);
     for (int k = 0; k < 3; ++k)
         body.from[k] = ((1 + ratio) * body.before[k] - ratio * ratio / (1 + ratio) * past.before[k]) / body.gain;
@@ -110,10 +110,10 @@ void CompliantStep::add_pair(Sides::Pair& pair) {
     touch.push_out = pair.spring.push_out(pair.gap, pair.closing, time_step_);
     touch.stop_push_out = contacts_.push_out(pair.gap + pair.travel);
     touches_.push_back(touch);
-    // A blow begins.
+    // An impact begins.
     if (pair.travel <= 0 || (pair.load <= 0 && pair.gap < kContactGap))
         for (const int body : {first, second})
-            if (body >= 0) start_anew(bodies_[body]);
+            if (body >= 0) use_euler(bodies_[body]);
     contacts_.note_overlap(-pair.gap - pair.travel);
     if (first >= 0 && second >= 0) bodies_[root(second)].group = root(first);
 }

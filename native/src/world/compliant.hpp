@@ -5,9 +5,9 @@
 //
 //   M g (v - u) / h = sum of forces at v
 //
-// From rest, and after a blow or a jolt, the step is Euler's implicit one: g = 1, and u is the velocity v0 before.
-// Where a body has moved smoothly since the step before, of length h / r from the velocity v1, it is of second order
-// (backward differentiation, BDF2), as stable, and no dearer:
+// From rest, and after an impact or a jump of rim speeds, the step is Euler's implicit one: g = 1, and u is the
+// velocity v0 before. Where a body has moved smoothly since the step before, of length h / r from the velocity v1, it
+// is of second order (backward differentiation, BDF2), as stable, and no dearer:
 //
 //   g = (1 + 2 r) / (1 + r)    u = ((1 + r) v0 - r^2 / (1 + r) v1) / g
 //
@@ -16,7 +16,7 @@
 // limit. So there is one solution, and Newton's method with a line search finds it; the limits, which follow from
 // loads, are brought up to date in between. It takes 2 to 6 rounds from the velocities before, each the solution
 // of a linear system: a small part of the time of ODE's solver for the same contacts, which has to try each contact as
-// pressing or parting and each friction as sticking or slipping, and knows no circle of friction.
+// pressing or parting and each friction as sticking or slipping, and has friction in a rectangle, not in a circle.
 //
 // ODE takes the step where the rounds do not come to an end, and all steps of the articulated drive. Both are held
 // against each other in native/tests/world/test_compliant.cpp.
@@ -33,7 +33,7 @@ namespace swarmevo {
 
 class CompliantStep {
   public:
-    // `contacts`: what does not give way is as rigid as there. `force_error`: at which a body's forces are in balance
+    // `contacts`: rigid bodies and stops are as rigid as there. `force_error`: at which a body's forces are in balance
     // [N].
     CompliantStep(Contacts& contacts, double force_error) : contacts_(contacts), force_error_(force_error) {}
 
@@ -46,7 +46,7 @@ class CompliantStep {
     // [m].
     void add_rub(Rub& rub, const Vector& arm, const Vector& surface);
 
-    // Bodies that were not added do not give way.
+    // Bodies that were not added are fixed.
     void add_pair(Sides::Pair& pair);
 
     // Gives the bodies their velocities, and rubs and pairs their forces. False, and nothing is changed, where the
@@ -84,7 +84,7 @@ class CompliantStep {
     // A side of a touch. Of its body's velocity, the part along these is the speed at which the side parts from and
     // slides along the other.
     struct End {
-        int body;  // -1: does not give way
+        int body;  // -1: fixed
         Eigen::Vector3d normal, tangent;
     };
     struct Touch {
@@ -104,8 +104,8 @@ class CompliantStep {
         double time_step = 0;  // [s]; 0: the next one does not go on from it
     };
 
-    void go_on(Body& body) const;
-    static void start_anew(Body& body);
+    void use_second_order(Body& body) const;
+    static void use_euler(Body& body);
     int root(int body) const;
     bool solve_group(int group);
     void evaluate(double share);

@@ -11,7 +11,7 @@ namespace swarmevo {
 // Error that a body in touch may make in a step [m]: its change of speed, by which it may move half a step too early or
 // too late. docs/validation.md, "Where bodies meet": the cases there keep to 2 % of the way and 2 degrees.
 constexpr double kPositionError = 5e-4;
-// The same where nothing gives way: a rigid impact moves the box by 0.2 mm in all, and is to be right within a tenth.
+// The same with rigid bumpers: a rigid impact moves the box by 0.2 mm in all, and is to be right within a tenth.
 constexpr double kRigidPositionError = 2e-6;
 // Depth to which bumpers may be pressed in by the end of the step in which they meet [m]. Deeper, and it is cut where
 // they meet: before, there is nothing to push, and forces of a step that begins apart are too weak.
@@ -27,7 +27,7 @@ constexpr int kMostTries = 8;
 // How often a step is halved at most where ODE's solver stalls.
 constexpr int kMostHalvings = 4;
 
-// ---- steps in which all gives way (compliant.cpp) ----
+// ---- Newton's method (compliant.cpp, compliant_newton.cpp) ----
 
 // Largest ratio of a step to the one before at which it is of second order: beyond 1 + sqrt(2) it would be unstable.
 constexpr double kLargestGrowth = 2.3;
@@ -62,8 +62,9 @@ constexpr double kLargeTurn = 0.95;
 
 // ---- bodies that may meet (average.hpp) ----
 
-// Speed that others hardly give a body within a step, beyond what it does and means to do [m/s].
-constexpr double kUsualShove = 0.02;
+// A gap that closes only where pushes by others add more than this to what its bodies do and are driven to do is taken
+// for open [m/s].
+constexpr double kPushAllowance = 0.02;
 // Gap that may be closed in any step, however short [m].
 constexpr double kSlack = 1e-4;
 // Bodies this near to each other touch [m].
@@ -90,7 +91,7 @@ constexpr double kTieBreak = 1e-9;
 
 // Speed at which overlaps are pushed apart, at most [m/s]: about a robot's top speed.
 constexpr double kLargestCorrection = 0.1;
-// The share of an overlap that is pushed apart in a step takes at least this long [s]: in shorter steps of a blow it
+// The share of an overlap that is pushed apart in a step takes at least this long [s]: in shorter steps of an impact it
 // would make bodies bounce.
 constexpr double kCorrectionTime = 5e-3;
 // Gap that a contact leaves to be closed at least [m]. One that touches and does not move would otherwise be on the

@@ -65,7 +65,7 @@ class Contacts {
     double rigidity() const { return 1 / physics_.contact_cfm; }
     double push_out(double gap) const;
 
-    // Takes down an overlap of what does not give way [m].
+    // Records an overlap of what is rigid [m].
     void note_overlap(double depth) { deepest_overlap_ = std::fmax(deepest_overlap_, depth); }
 
     double deepest_overlap() const { return deepest_overlap_; }  // since the world began [m]

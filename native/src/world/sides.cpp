@@ -10,7 +10,7 @@ namespace swarmevo {
 
 Sides::Sides(const Scene& scene, AverageVelocity& average)
     : scene_(scene), average_(average), sprung_(scene.robot.bumper == SWE_BUMPER_SPRUNG) {
-    // Two robots approach each other by at most two thirds of this within a step; the rest is for shoves.
+    // Two robots approach each other by at most two thirds of this within a step; the rest is for pushes by others.
     const double driven = 3 * rim_speed(scene.robot, 1, scene.noise.wheels);
     const double thrown = norm(scene.box.velocity[0], scene.box.velocity[1]) +
                           std::abs(scene.box.velocity[2]) * norm(scene.box.size[0], scene.box.size[1]) / 2;

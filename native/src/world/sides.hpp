@@ -19,7 +19,7 @@ class Sides {
     Sides(const Scene& scene, AverageVelocity& average);
 
     struct Solid {
-        dBodyID body;  // nullptr: it does not give way
+        dBodyID body;  // nullptr: fixed
         int number;    // in `average`
         int bumpers;   // 1 for a robot, 0 for box and wall
     };
@@ -29,7 +29,7 @@ class Sides {
         bool may_meet = false;     // in this step
         bool may_stop = false;     // there are no bumpers, or they may be used up within the step
         int first, second;         // numbers in `average`; kFixed
-        dBodyID bodies[2];         // nullptr: it does not give way
+        dBodyID bodies[2];         // nullptr: fixed
         Vector point{}, normal{};  // where; from the second to the first
         double gap, travel;        // between rims at the start of the step; of the bumpers [m]
         double closing;            // speed at which the gap closes there [m/s]
@@ -60,7 +60,7 @@ class Sides {
 
     void add_to(Contacts& contacts);
 
-    // After the step: takes down the forces that came out.
+    // After the step: records the forces that came out.
     void read_forces();
 
     // And then: is friction limited by the normal forces that it came out with? If not, the step is to be laid

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/assume/list.hpp"
 #include "world/constants.hpp"
 
 namespace swarmevo {
@@ -35,8 +34,6 @@ bool nothing_to_solve(const State& state) {
 }
 
 }  // namespace
-
-Stepper::Stepper(State& state) : state_(state), assumptions_(all_assumptions(state)) {}
 
 void Stepper::advance() {
     for (double left = state_.scene.physics.time_step; left > kShortestStep / 2;)

@@ -2,6 +2,7 @@
 // Takes a world through its time steps: contacts, a solver, and what is assumed (assumption.hpp).
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "world/assumption.hpp"
@@ -11,8 +12,8 @@ namespace swarmevo {
 
 class Stepper {
   public:
-    // Works on the state, which must outlive it.
-    explicit Stepper(State& state);
+    // Works on the state, which must outlive it, as its assumptions do.
+    Stepper(State& state, Assumptions assumptions) : state_(state), assumptions_(std::move(assumptions)) {}
 
     // One time step of the scene, in as many steps as it takes. Throws Error(SWE_PHYSICS_ERROR).
     void advance();

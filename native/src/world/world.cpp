@@ -22,6 +22,7 @@
 
 #include <algorithm>
 
+#include "world/assume/list.hpp"
 #include "world/state.hpp"
 #include "world/step.hpp"
 
@@ -29,7 +30,7 @@ namespace swarmevo {
 
 struct World::Impl {
     State state;
-    Stepper stepper{state};
+    Stepper stepper{state, all_assumptions(state)};
     Extremes extremes;
 
     Impl(const Scene& scene, const std::vector<Pose>& starts) : state(scene, starts) {}

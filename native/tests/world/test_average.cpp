@@ -100,7 +100,7 @@ TEST_CASE("sides are likely to meet or not, by the shove that it would take") {
     };
     for (const bool drifts : {true, false}) {
         CAPTURE(drifts);
-        // Others hardly give more than kUsualShove: 1 mm in a step, and the slack beyond it.
+        // Pushes by others may add kPushAllowance: 1 mm in a step, and the slack beyond it.
         CHECK(meet({0.00105, 0, 0, 0}, drifts).likely);
         CHECK_FALSE(meet({0.00115, 0, 0, 0}, drifts).likely);
         // 4 mm take 78 mm/s, by what it does or means to do.

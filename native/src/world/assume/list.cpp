@@ -14,7 +14,7 @@ Assumptions all_assumptions(State& state) {
         all.push_back(assume_resting(state));
         all.push_back(assume_standing_box(state));
         all.push_back(assume_smooth_motion(state));
-        all.push_back(assume_no_impacts(state));  // last of those whose checks learn: it ends the checks
+        all.push_back(assume_no_impacts(state));  // behind what learns from its check: it may end the checks
     }
     all.push_back(assume_steady_speeds(state));
     return all;

@@ -12,14 +12,14 @@ namespace swarmevo {
 // Those of a world; they work on its state, which must outlive them.
 Assumptions all_assumptions(State& state);
 
-// What makes a step cheap.
+// What makes a step cheap: without one of these it is as true.
 std::unique_ptr<Assumption> assume_clearance(State& state);
 std::unique_ptr<Assumption> assume_coasting(State& state);
 std::unique_ptr<Assumption> assume_resting(State& state);
 std::unique_ptr<Assumption> assume_smooth_motion(State& state);
 std::unique_ptr<Assumption> assume_standing_box(State& state);
 
-// What makes it true; without them it is shorter of work, and wrong.
+// What makes it true: without one of these it is cheaper, and may be wrong.
 std::unique_ptr<Assumption> assume_coulomb_friction(State& state);
 std::unique_ptr<Assumption> assume_driven_speeds(State& state);
 std::unique_ptr<Assumption> assume_no_impacts(State& state);
