@@ -26,9 +26,7 @@ LINT_PACKAGES := clang-format
 FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
 
-CPP_FILES := $(wildcard native/include/*.h native/src/* native/reference/* native/tests/* native/fuzz/*.?pp \
-  benchmarks/native/*.cpp benchmarks/peers/*.cpp)
-SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
+CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
 
 # What a target needs installed: the extra $(1), or nothing more where the checkout itself is installed.
 needs = $(if $(wildcard $(VENV)/installed-dev),dev,$(VENV)/installed$(1:%=-%))

@@ -3,7 +3,8 @@
 
     python -m benchmarks.assumptions
 
-Each is undone by a change at one place of a copy of ``native/``; whole episodes are counted (``benchmarks/native``).
+Each is taken out of a copy of ``native/``, most by deleting their line in the list; whole episodes are counted
+(``benchmarks/native``).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ CASES = ("roaming", "pushing", "pressed", "random")
 
 @dataclass(frozen=True)
 class Assumption:
-    """Something that is taken for granted, and checked after the step where it may turn out wrong."""
+    """Something that a step takes for granted, and checks where it may turn out wrong (``world/assumption.hpp``)."""
 
     name: str
     file: str
@@ -45,37 +46,33 @@ class Assumption:
         file.write_text(text.replace(self.code, self.without))
 
 
+LIST = "world/assume/list.cpp"
+"""Of the assumptions that a step checks: without its line one is gone."""
+
+
+def _listed(name: str, function: str) -> Assumption:
+    return Assumption(name, LIST, f"all.push_back({function}(state));", "")
+
+
 ASSUMPTIONS = (
-    Assumption(
-        "a robot that nothing is near and whose wheels hold coasts, in closed form",
-        "world.cpp",
-        "robot.coasts = robot.is_free && robot.drive->can_coast(time_step);",
-        "robot.coasts = false;",
-    ),
-    Assumption(
-        "what would take a shove to meet does not meet",
-        "world.cpp",
-        "average.begin(time_step, !is_level || cautious);",
-        "average.begin(time_step, true);",
-    ),
-    Assumption(
-        "what is at rest stays there under the same forces",
-        "world.cpp",
-        "if (!is_level || scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) return rest;",
-        "if (is_level || scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) return rest;",
-    ),
-    Assumption(
-        "a box that stands is a wall",
-        "world_box.cpp",
-        "stands_ = is_level_ && is_still && corner_limit_ > 0;",
-        "stands_ = is_level_ && is_still && corner_limit_ > 1e9;",
-    ),
+    # Without one of these, a step is as true and takes more.
+    _listed("a robot that nothing is near and whose wheels hold coasts, in closed form", "assume_coasting"),
+    _listed("what would take a push by others to meet does not meet", "assume_clearance"),
+    _listed("what is at rest stays there under the same forces", "assume_resting"),
+    _listed("a box that stands is a wall", "assume_standing_box"),
+    _listed("what moved smoothly goes on so: steps of second order", "assume_smooth_motion"),
     Assumption(
         "a robot whose wheels stick goes where they take it: where Newton's method begins",
-        "world_compliant.cpp",
+        "world/compliant.cpp",
         "if (!drive || !drive->sticks()) return;",
         "if (true) return;",
     ),
+    # Without one of these, a step is not checked, and takes less.
+    _listed("speeds change little in a step: not checked", "assume_steady_speeds"),
+    _listed("no bumpers meet in a step: not checked", "assume_no_impacts"),
+    _listed("nothing is faster than wheels make it: not checked", "assume_driven_speeds"),
+    _listed("friction by ODE is Coulomb's: not checked", "assume_coulomb_friction"),
+    _listed("ODE's solver does not stall: not checked", "assume_solvable"),
 )
 
 

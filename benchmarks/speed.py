@@ -531,7 +531,8 @@ def write_page(rounds: int, quick: bool) -> None:
         ],
     )
     text += "\n## What assumptions are worth\n\nA step rests on what is checked after it. How many times as many "
-    text += "instructions whole episodes take where one of these is not assumed:\n\n"
+    text += "instructions whole episodes take without one of these. What is not checked makes steps cheaper, and wrong "
+    text += "where it does not hold:\n\n"
     text += table(["assumption", *assumptions.CASES], undone)
     text += "\n## The Python side\n\n"
     text += "A generation of a real run without its simulation: ask, jobs, results, fitness, tell, store.\n\n"

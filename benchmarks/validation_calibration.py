@@ -2,7 +2,7 @@
 """At least three robots: how many it takes to move the box, against friction, time step and drive.
 
 Beside the middle of a face the box turns before it is shoved: what its four feet hold out against is their limit curve,
-which is computed here from its definition, independently of ``native/src/world_limit_curve.cpp``.
+which is computed here from its definition, independently of ``native/src/world/limit_curve.cpp``.
 """
 
 from __future__ import annotations
@@ -389,7 +389,7 @@ def _default_table(ways: dict[Push, float]) -> str:
 
 {table(["drive", "time step [ms]", *(f"n = {n}" for n in TEAMS)], rows)}
 One and two robots never move it: **{_yes(still)}**. Three, four and five push it to the wall: **{_yes(pushed)}**. (On
-the articulated drive what sticks creeps by up to 10 um/s, `kCreep` in `native/src/world_constants.hpp`.)
+the articulated drive what sticks creeps by up to 10 um/s, `kCreep` in `native/src/world/constants.hpp`.)
 """
 
 
@@ -475,7 +475,7 @@ def _slant_table(settings: Settings) -> str:
 
 {table(head, rows)}
 Two robots at a slant leave the box where it is: **{_yes(max(two) < millimetres(STILL))}**. (Wheels that slip follow
-Coulomb's circle, see `native/src/world_rub.hpp`. ODE alone limits the friction along and across the rolling direction
+Coulomb's circle, see `native/src/world/rub.hpp`. ODE alone limits the friction along and across the rolling direction
 separately: a robot at a slant would pull 1.4 times as hard, and two would shift the box.)
 """
 

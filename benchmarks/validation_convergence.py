@@ -311,8 +311,8 @@ def _verdict(differences: Differences) -> str:
 
 The default time step of {default * 1000:g} ms is the largest allowed one that does:
 **{"yes" if is_largest else "no"}**.
-It can be that large because steps are of second order (`native/src/world_average.hpp`,
-`native/src/world_compliant.hpp`), and cut where bumpers meet or speeds change much. The articulated model does neither:
+It can be that large because steps are of second order (`native/src/world/average.hpp`,
+`native/src/world/compliant.hpp`), and cut where bumpers meet or speeds change much. The articulated model does neither:
 its errors grow in proportion to the step, as those of any first-order method. Where it pushes it differs from the level
 models at any step, since its robots pitch when they meet the box.
 

@@ -9,9 +9,9 @@
 #include "channels.hpp"
 #include "error.hpp"
 #include "policy.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 #include "swarmevo.h"
-#include "world.hpp"
+#include "world/world.hpp"
 
 using namespace swarmevo;
 

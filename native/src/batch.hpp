@@ -8,7 +8,7 @@
 
 #include "episode.hpp"
 #include "pool.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 

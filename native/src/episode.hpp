@@ -6,9 +6,9 @@
 
 #include "channels.hpp"
 #include "rng.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 #include "sensors.hpp"
-#include "world.hpp"
+#include "world/world.hpp"
 
 namespace swarmevo {
 

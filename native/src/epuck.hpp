@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The robot: where its wheels and casters are and how a command drives it.
 //
-// Body frame: origin at the centre of mass, x forward, y left, z up. How it is built in ODE: world_drive.hpp.
+// Body frame: origin at the centre of mass, x forward, y left, z up. How it is built in ODE: world/drive.hpp.
 #pragma once
 
 #include <array>
 #include <cmath>
 
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "rng.hpp"
-#include "scene.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 

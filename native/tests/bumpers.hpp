@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene.hpp"
-#include "world.hpp"
+#include "scene/scene.hpp"
+#include "world/world.hpp"
 
 namespace swarmevo {
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The paper's world for the tests. Values are those of swarmevo/config/reading.py; tests/simulation/test_episodes.py compares them.
+// The paper's world for the tests. Values are those of swarmevo/config/models.py, which
+// tests/simulation/test_episodes.py compares them with.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "scene.hpp"
-#include "world.hpp"
+#include "scene/scene.hpp"
+#include "world/world.hpp"
 
 namespace swarmevo {
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "../reference/planar.hpp"
-#include "scene.hpp"
+#include "../../native/reference/planar.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 

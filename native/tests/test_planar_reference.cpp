@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "../reference/planar.hpp"
+#include "../../native/reference/planar.hpp"
 
 using namespace swarmevo_reference;
 

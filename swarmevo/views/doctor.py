@@ -72,7 +72,7 @@ def _sources(checkout: Path) -> Iterator[Finding]:
 
 def sources_hash(checkout: Path) -> str:
     """Return what CMakeLists.txt puts into the library's description: a hash of the sources that it is made of."""
-    patterns = ("native/src/*.cpp", "native/src/*.hpp", "native/include/*.h")
+    patterns = ("native/src/**/*.cpp", "native/src/**/*.hpp", "native/include/**/*.h")
     files = sorted(file.relative_to(checkout).as_posix() for pattern in patterns for file in checkout.glob(pattern))
     lines = [f"{hashlib.sha256((checkout / file).read_bytes()).hexdigest()}  {file}\n" for file in files]
     return hashlib.sha256("".join(lines).encode()).hexdigest()[:16]

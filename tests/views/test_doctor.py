@@ -20,10 +20,11 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    for folder in ("src", "include"):
+    for folder in ("src/world", "include"):
         (tmp_path / "native" / folder).mkdir(parents=True)
     (tmp_path / "native" / "src" / "b.cpp").write_bytes(b"int b;")
     (tmp_path / "native" / "src" / "b.cpp.orig").write_bytes(b"an editor's")
+    (tmp_path / "native" / "src" / "world" / "c.hpp").write_bytes(b"int c;")
     (tmp_path / "native" / "include" / "a.h").write_bytes(b"int a;")
     return tmp_path
 
@@ -37,6 +38,7 @@ def test_the_hash_by_hand(checkout: Path) -> None:
     listed = (
         f"{hashlib.sha256(b'int a;').hexdigest()}  native/include/a.h\n"
         f"{hashlib.sha256(b'int b;').hexdigest()}  native/src/b.cpp\n"
+        f"{hashlib.sha256(b'int c;').hexdigest()}  native/src/world/c.hpp\n"
     )
     assert doctor.sources_hash(checkout) == hashlib.sha256(listed.encode()).hexdigest()[:16]
 
@@ -88,6 +90,6 @@ def test_a_build_has_the_hash_also_after_a_change(tmp_path: Path) -> None:
     assert built() == {first}
     with (tmp_path / "native" / "src" / "rng.hpp").open("a") as header:
         header.write("// changed\n")
-    (tmp_path / "native" / "src" / "new.hpp").write_text("#pragma once\n")
+    (tmp_path / "native" / "src" / "world" / "new.hpp").write_text("#pragma once\n")
     subprocess.run(["ninja", "-C", str(build), "build.ninja"], check=True, capture_output=True)
     assert built() == {doctor.sources_hash(tmp_path)} != {first}

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "fixture.hpp"
+#include "world/world.hpp"
+
+using namespace swarmevo;
+
+namespace {
+
+// Where a robot is after five seconds of an arc.
+Pose arc(int drive, double time_step, double left_speed, double right_speed) {
+    Fixture fixture({0, -0.25, 0});
+    fixture.without_noise().config.physics.time_step = time_step;
+    fixture.config.physics.drive = drive;
+    const Scene scene = fixture.scene();
+    World world(scene, scene.start_poses);
+    world.set_rim_speeds(0, left_speed, right_speed);
+    for (long i = 0; i < std::lround(5 / time_step); ++i) world.step();
+    return world.robot_pose(0);
+}
+
+double apart(const Pose& a, const Pose& b) {
+    return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+}  // namespace
+
+TEST_CASE("driven contacts follow the articulated model and the circle of its wheels") {
+    const double left_speed = 0.05, right_speed = 0.1, axle = 0.053;
+    const double turning = (right_speed - left_speed) / axle, radius = (left_speed + right_speed) / 2 / turning;
+    const Pose circle = {radius * std::sin(5 * turning), -0.25 + radius * (1 - std::cos(5 * turning)), 5 * turning};
+    const Pose reference = arc(SWE_DRIVE_ARTICULATED, 0.0005, left_speed, right_speed);
+    CHECK(apart(reference, circle) < 0.001);
+    for (const double time_step : {0.001, 0.02, 0.05}) {
+        const Pose pose = arc(SWE_DRIVE_DRIVEN_CONTACTS, time_step, left_speed, right_speed);
+        CHECK(apart(pose, reference) < 0.001);
+        CHECK(std::abs(std::remainder(pose.heading - reference.heading, 2 * kPi)) < 0.01);
+    }
+}
+
+TEST_CASE("the articulated robot has the same weight and traction: two do not move the box, three do") {
+    for (const int n : {2, 3}) {
+        Fixture fixture(Fixture::aligned(n));
+        fixture.without_noise().box_at(0, 0.2).config.physics.time_step = 0.005;
+        fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
+        const Scene scene = fixture.scene();
+        World world(scene, scene.start_poses);
+        for (int i = 0; i < n; ++i) world.set_rim_speeds(static_cast<unsigned>(i), 0.12, 0.12);
+        for (int i = 0; i < 4000; ++i) world.step();
+        if (n == 2)
+            CHECK(world.box_pose().y < 0.205);
+        else
+            CHECK(world.box_pose().y == doctest::Approx(0.41).epsilon(0.001));
+    }
+}
