@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "scene.hpp"
+#include "scene/scene.hpp"
 #include "sensors.hpp"
 
 namespace swarmevo {

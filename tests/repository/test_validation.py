@@ -50,7 +50,7 @@ DEFAULT_STEP = Config().physics.time_step
 
 
 @pytest.mark.parametrize(
-    ("name", "step"), [("driven_contacts", 0.02), ("driven_contacts", DEFAULT_STEP), ("articulated", 0.02)]
+    ("name", "step"), [("driven_contacts", 0.02), ("driven_contacts", DEFAULT_STEP), ("articulated", 0.005)]
 )
 def test_one_and_two_robots_do_not_move_the_box_and_more_push_it_to_the_wall(name: Drive, step: float) -> None:
     ratio = calibration.default_ratio()
@@ -60,7 +60,7 @@ def test_one_and_two_robots_do_not_move_the_box_and_more_push_it_to_the_wall(nam
         assert calibration.is_at_wall(Push(robots, ratio, name, step))
 
 
-@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.02)])
+@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.005)])
 def test_the_default_friction_keeps_a_margin_on_both_sides(name: Drive, step: float) -> None:
     ratio, margin = calibration.default_ratio(), calibration.MARGIN
     assert calibration.is_still(Push(2, ratio * (1 - margin), name, step))
@@ -69,7 +69,7 @@ def test_the_default_friction_keeps_a_margin_on_both_sides(name: Drive, step: fl
     assert calibration.is_at_wall(Push(3, ratio * (1 + margin), name, step))
 
 
-@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.02)])
+@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.005)])
 def test_two_robots_at_a_slant_do_not_move_the_box(name: Drive, step: float) -> None:
     assert calibration.slanted_way(2, float(np.radians(30)), (name, step)) < calibration.STILL
 
@@ -108,7 +108,7 @@ def test_robots_that_press_move_the_box_where_its_limit_curve_says_so(place: Pla
 
 def test_the_articulated_drive_finds_the_limit_curve_as_well() -> None:
     place = Place(2, "long", "end")
-    found = place.measured(("articulated", 0.01), precision=0.002)
+    found = place.measured(("articulated", 0.005), precision=0.002)
     assert found == pytest.approx(place.threshold(calibration.corners()), rel=calibration.CURVE_ERROR)
 
 
@@ -132,7 +132,7 @@ def test_one_robot_at_a_corner_does_not_move_the_box() -> None:
 @pytest.fixture(scope="module")
 def differences() -> convergence.Differences:
     return convergence.compare(
-        Settings(threads=1), steps={"driven_contacts": (0.01, DEFAULT_STEP), "articulated": (0.01,)}
+        Settings(threads=1), steps={"driven_contacts": (0.01, DEFAULT_STEP), "articulated": (0.005,)}
     )
 
 
@@ -262,7 +262,7 @@ def test_time_steps_and_drives_agree_in_distribution() -> None:
     default = distribution.run(distribution.Model("driven_contacts", DEFAULT_STEP), settings)
     assert default.moved() >= 1 - distribution.MOST_STILL
     assert np.ptp(default.f1) > 0
-    for model in (distribution.Model("driven_contacts", 0.02), distribution.Model("articulated", 0.02)):
+    for model in (distribution.Model("driven_contacts", 0.02), distribution.Model("articulated", 0.005)):
         found = distribution.run(model, settings)
         assert set(distribution.distances(default, found)) == set(distribution.QUANTITIES)
         assert distribution.are_alike(default, found)
@@ -316,7 +316,7 @@ def test_a_fallen_robot_is_an_outcome() -> None:
         standing([(0.0, -0.1, np.pi / 2)]),
         robot={"centre_of_mass": 0.14, "height": 0.15, "caster_offset": 0.005, "caster_clearance": 1e-4},
         box={"pose": (0.0, 0.2, 0.0)},
-        physics={"drive": "articulated", "time_step": 0.01},
+        physics={"drive": "articulated", "time_step": 0.005},
         episode={"horizon": 5.0},
     )
     done = drive(tall, [(1.0, 1.0)])
