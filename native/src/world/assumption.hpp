@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A step rests on assumptions, which make it cheap or long, and is checked against them when it is solved for. Where
-// one did not come true, all bodies are taken back to the start of the step, and it is tried again: without the
-// assumption, better informed, or shorter.
+// A step rests on assumptions: that a body needs no solver, that two do not meet, that speeds change little. They are
+// made before the step is solved for (step.cpp), and checked after it. Where one did not come true, all bodies are
+// taken back to the start of the step, and it is tried again: without the assumption, better informed, or shorter. One
+// that follows from what is known before has no check.
 //
 // To add one: write assume/<name>.cpp, declare its function in assume/list.hpp, add a line to assume/list.cpp and a row
 // to benchmarks/assumptions.py, which times the world without it. To delete one: take its line out of the list. No
