@@ -114,7 +114,6 @@ void Stepper::solve(Attempt& attempt) {
         attempt.warnings = solve_by_ode(attempt);
         messages_ += attempt.warnings;
     }
-    if (attempt.warnings > 0) return;
     state_.average.read_velocities();
     if (attempt.solver == Solver::ode) state_.sides.read_forces();
 }
