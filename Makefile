@@ -27,6 +27,7 @@ FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
 
 CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
+SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
 
 # What a target needs installed: the extra $(1), or nothing more where the checkout itself is installed.
 needs = $(if $(wildcard $(VENV)/installed-dev),dev,$(VENV)/installed$(1:%=-%))

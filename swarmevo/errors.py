@@ -51,5 +51,5 @@ class ReplayError(SwarmevoError):
     """An episode cannot be shown, or not as it was."""
 
 
-class Interrupted(Exception):  # noqa: N818 - a wish fulfilled, not an error
+class Interrupted(Exception):  # noqa: N818 - asked for, not an error
     """What was going on was asked to stop, and did."""

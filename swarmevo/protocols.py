@@ -323,7 +323,12 @@ class Objective:
     @property
     def worst(self) -> float:
         """The worse end of the range."""
-        return self.range[0] if self.direction == "maximise" else self.range[1]
+        return self.range[0] if self.is_maximised else self.range[1]
+
+    @property
+    def is_maximised(self) -> bool:
+        """Whether more is better."""
+        return self.direction == "maximise"
 
 
 @runtime_checkable

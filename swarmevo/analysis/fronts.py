@@ -172,15 +172,15 @@ def _non_dominated(objectives: Sequence[Objective], points: FloatArray) -> IntAr
         return np.empty(0, dtype=np.intp)
     chosen = np.flatnonzero(moocore.is_nondominated(points, maximise=_maximised(objectives)))
     first = points[chosen, 0]
-    return chosen[np.argsort(-first if objectives[0].direction == "maximise" else first, kind="stable")]
+    return chosen[np.argsort(-first if objectives[0].is_maximised else first, kind="stable")]
 
 
 def _maximised(objectives: Sequence[Objective]) -> list[bool]:
-    return [objective.direction == "maximise" for objective in objectives]
+    return [objective.is_maximised for objective in objectives]
 
 
 def _best(objective: Objective, values: FloatArray) -> float:
-    return float(values.max() if objective.direction == "maximise" else values.min())
+    return float(values.max() if objective.is_maximised else values.min())
 
 
 def _seconds(time: float) -> float | None:

@@ -17,6 +17,7 @@ import pydantic
 
 from swarmevo.errors import StoreError
 from swarmevo.protocols import FloatArray
+from swarmevo.runs.files import write_atomically
 from swarmevo.runs.store import Store
 
 FILE: Final = "table_ii.json"
@@ -164,10 +165,8 @@ def save(assessment: Assessment, folder: Path) -> Path:
     if assessment.changes:
         raise ValueError(f"assessment: expected one in the run's own world, got {', '.join(assessment.changes)}")
     file = folder / FILE
-    unfinished = file.with_suffix(".tmp")
     try:
-        unfinished.write_text(as_json(assessment) + "\n", encoding="utf-8")
-        unfinished.replace(file)
+        write_atomically(file, as_json(assessment) + "\n")
     except OSError as error:
         raise StoreError(f"{file}: {error.strerror or error}") from error
     return file

@@ -68,7 +68,7 @@ class Front(Sequence["Individual"]):
             raise SwarmevoError(f"front: expected one of the objectives {', '.join(names)}, got {name!r}")
         if not self._individuals:
             raise SwarmevoError("front: expected at least one individual, but no generation is stored yet")
-        largest = self.objectives[names.index(name)].direction == "maximise"
+        largest = self.objectives[names.index(name)].is_maximised
         return (max if largest else min)(self._individuals, key=lambda one: one.objectives[name])
 
     @property
@@ -192,7 +192,7 @@ class Individual:
     def _world(self, robots: int | None, set: Mapping[str, Any] | None) -> tuple[Config, FloatArray]:
         with Store.open(self._folder) as store:
             config = other_world.load(store, _overrides(set))
-        return replay_episode.of_size(config, self.genes, config.team.robots if robots is None else robots)
+        return other_world.team_of(config, self.genes, config.team.robots if robots is None else robots)
 
     def _keys(self, episodes: int, seed: int | None) -> list[EpisodeKey]:
         chosen = self._config.evolution.seed if seed is None else seed

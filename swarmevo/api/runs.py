@@ -16,6 +16,7 @@ from swarmevo.analysis.table_ii import Assessment
 from swarmevo.api.individuals import Front, Individual
 from swarmevo.config import Config
 from swarmevo.evolution.loop import Progress
+from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins import team
 from swarmevo.plugins.team import never
 from swarmevo.protocols import Objective
@@ -44,6 +45,7 @@ def evolve(
     out: str | os.PathLike[str] | None = None,
     set: Mapping[str, Any] | None = None,
     workers: int = 0,
+    scheduler: str | None = None,
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
 ) -> Run:
@@ -55,6 +57,7 @@ def evolve(
         out: The run folder to make, which must not exist; else ``runs/NAME-DATE-SEED``.
         set: ``{"section.key": value}``, which win over the configuration.
         workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
+        scheduler: Address of a Dask cluster to run on, such as ``tcp://host:8786``. The results do not depend on it.
         observe: Told after each generation.
         stop: Asked between jobs; when true, the run ends with :class:`swarmevo.errors.Interrupted` and can be resumed.
 
@@ -71,7 +74,7 @@ def evolve(
     settings = configuration.seeded(settings)
     folder = Path(out) if out is not None else driver.default_folder(name, settings)
     driver.begin(folder, settings)
-    return resume(folder, workers=workers, observe=observe, stop=stop)
+    return resume(folder, workers=workers, scheduler=scheduler, observe=observe, stop=stop)
 
 
 def resume(
@@ -79,6 +82,7 @@ def resume(
     *,
     generations: int | str | None = None,
     workers: int = 0,
+    scheduler: str | None = None,
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
 ) -> Run:
@@ -88,6 +92,7 @@ def resume(
         folder: Of the run.
         generations: Make the run longer: so many in all, or ``"+N"`` for so many more.
         workers: As in :func:`evolve`.
+        scheduler: As in :func:`evolve`.
         observe: As in :func:`evolve`.
         stop: As in :func:`evolve`.
 
@@ -99,8 +104,16 @@ def resume(
     with Store.open(folder, readonly=False) as store:
         if generations is not None:
             driver.extend(store, str(generations))
-        driver.evolve(store, workers, observe, stop)
+        driver.evolve(store, workers, observe, stop, _backend(scheduler))
     return Run(folder)
+
+
+def _backend(scheduler: str | None) -> MakeBackend:
+    if scheduler is None:
+        return ThreadBackend
+    from swarmevo.evolution import cluster  # Dask is an extra
+
+    return cluster.backend(scheduler, lambda line: None)
 
 
 def open(folder: str | os.PathLike[str]) -> Run:

@@ -3,6 +3,7 @@
 
 from swarmevo.config.messages import did_you_mean
 from swarmevo.config.models import (
+    WORLD,
     Arena,
     Box,
     Config,
@@ -20,6 +21,7 @@ from swarmevo.config.reading import as_overrides, changed, dump, load, seeded
 from swarmevo.errors import ConfigError
 
 __all__ = [
+    "WORLD",
     "Arena",
     "Box",
     "Config",

@@ -2,7 +2,7 @@
 """Every key of a configuration: its unit, its range and its default.
 
 This is the one home of defaults. The sections that describe the world have the names of the structs in ``swarmevo.h``
-and are copied into them key by key (``simulator.py``); the ranges there are the same, and a test compares them.
+and are copied into them key by key (``simulation/scene.py``); the ranges there are the same, and a test compares them.
 Readings of the paper behind the defaults: ``docs/paper-map.md``.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -298,3 +298,7 @@ class Config(Section):
     optimiser: Plugin = Field(default={"pde": {}}, validate_default=True)
     """The optimiser plugin and its options."""
     evolution: Evolution = Evolution()
+
+
+WORLD: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
+"""Sections that describe the world; the others say how controllers are evolved in it."""

@@ -99,7 +99,7 @@ def _worker() -> str:
 
 
 class DaskBackend:
-    """Runs jobs on a cluster; see :class:`swarmevo.evolution.evaluation.Backend`.
+    """Runs jobs on a cluster; see :class:`swarmevo.evolution.threads.Backend`.
 
     Args:
         config_json: A ``Config``, by ``model_dump_json()``.
@@ -134,7 +134,7 @@ class DaskBackend:
         return {"worker_cpus": sorted(set(self._client.run(cpu).values()))}
 
     def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
-        """See :class:`swarmevo.evolution.evaluation.Backend`."""
+        """See :class:`swarmevo.evolution.threads.Backend`."""
         self._check_scheduler()
         futures = self._client.map(
             run_task, jobs, config_json=self._config_json, expected=self._expected, pure=False, key="swarmevo"
@@ -152,7 +152,7 @@ class DaskBackend:
                 self._client.cancel(futures)
 
     def close(self) -> None:
-        """See :class:`swarmevo.evolution.evaluation.Backend`."""
+        """See :class:`swarmevo.evolution.threads.Backend`."""
         self._client.close(timeout=1)
 
     def _next(self, finished: queue.SimpleQueue[Future[Results]], stop: Callable[[], bool]) -> Future[Results]:

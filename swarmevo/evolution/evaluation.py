@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Genomes and seeds in, objectives out; and where the episodes run.
 
-An evaluation is cut into jobs (``jobs.py``). A :class:`Backend` decides where they run: here on threads, each of which
-simulates a job's episodes with the interpreter lock released.
+An evaluation is cut into jobs (``jobs.py``). A :class:`~swarmevo.evolution.threads.Backend` decides where they run: on
+threads of this process, say, each of which simulates a job's episodes with the interpreter lock released.
 
 All individuals of a generation meet the same noise (common random numbers): an episode's key knows the run's seed, the
 trial, the generation and the repeat, not the individual.
@@ -62,7 +62,7 @@ class Evaluation:
 
 def to_costs(objectives: Sequence[Objective], values: FloatArray) -> FloatArray:
     """Return ``values`` ``(..., m)``, each in its own direction, as costs: less is better in every column."""
-    maximised = np.array([objective.direction == "maximise" for objective in objectives])
+    maximised = np.array([objective.is_maximised for objective in objectives])
     costs: FloatArray = np.where(maximised, 0.0 - values, values)  # 0 - x, as -x would make -0 of 0
     return costs
 

@@ -99,7 +99,7 @@ def rehearse(config: Config) -> None:
         try:
             evaluator.evaluate(largest, trial=0, generation=0)
         except EvaluationError as error:
-            raise ConfigError(f"{error} (found on trial, in an individual with every switch on)") from error
+            raise ConfigError(f"{error} (found in a rehearsal, in an individual with every switch on)") from error
 
 
 def evolve(

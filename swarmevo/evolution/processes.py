@@ -32,7 +32,7 @@ class Lost(Exception):  # noqa: N818 - what became of the call
     """The child gave no answer: it took too long, or it died. The message goes on after what was called."""
 
 
-class Cancelled(Exception):  # noqa: N818 - a wish fulfilled, not an error
+class Cancelled(Exception):  # noqa: N818 - asked for, not an error
     """The call was cancelled."""
 
 

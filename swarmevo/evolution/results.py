@@ -80,7 +80,7 @@ class Results:
     def grid(self, column: str) -> NDArray[Any]:
         """Return a column of all episodes of a generation as ``(individuals, repeats, ...)``."""
         values = self.values[column]
-        return values.reshape(-1, int(self.repeat.max(initial=0)) + 1, *values.shape[1:])
+        return values.reshape(-1, self.repeats, *values.shape[1:])
 
     @property
     def repeats(self) -> int:

@@ -7,19 +7,17 @@ from collections.abc import Sequence
 from typing import Final
 
 from swarmevo import config, simulation
-from swarmevo.config import Config
+from swarmevo.config import WORLD, Config
 from swarmevo.errors import ConfigError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.store import Store
 
-SECTIONS: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
-"""May be changed, but for the keys below."""
 FIXED: Final = {
-    "team.robots": "choose the team's size with --robots",
+    "team.robots": "choose the team's size with --robots, in Python with robots",
     "team.genomes": "the stored genomes are of the run's kind of team",
 }
-"""Keys of these sections that may not, and why."""
+"""Keys of the world that may not be changed, and why."""
 
 
 def load(store: Store, overrides: Sequence[str]) -> Config:
@@ -27,7 +25,7 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
 
     Args:
         store: The run.
-        overrides: ``section.key=value``, of SECTIONS.
+        overrides: ``section.key=value``, of the world.
 
     Raises:
         ConfigError: With everything that is wrong.
@@ -50,9 +48,9 @@ def _refusal(override: str) -> str:
     section, dot, _ = key.partition(".")
     if key in FIXED:
         return f"--set {override}: expected another key; {FIXED[key]}"
-    if dot and section in SECTIONS:
+    if dot and section in WORLD:
         return ""
-    return f"--set {override}: expected a key of the world ({', '.join(SECTIONS)}); all else is as the run has it"
+    return f"--set {override}: expected a key of the world ({', '.join(WORLD)}); all else is as the run has it"
 
 
 def changes(store: Store, other: Config) -> list[str]:
@@ -60,7 +58,7 @@ def changes(store: Store, other: Config) -> list[str]:
     run = store.config.model_dump()
     return [
         f"{section}.{key} {_shown(value)} (evolved with {_shown(run[section][key])})"
-        for section in SECTIONS
+        for section in WORLD
         for key, value in other.model_dump()[section].items()
         if value != run[section][key]
     ]
@@ -81,7 +79,7 @@ def of_size(settings: Config, robots: int) -> Config:
     """
     team = settings.team
     if team.has_own_genomes and robots > team.robots:
-        raise ConfigError(f"--robots: expected at most {team.robots}, for each has its own genome, got {robots}")
+        raise ConfigError(f"robots: expected at most {team.robots}, for each has its own genome, got {robots}")
     resized = team.model_copy(update={"robots": robots, "start_poses": team.start_poses[:robots]})
     return settings.model_copy(update={"team": resized})
 
@@ -91,3 +89,13 @@ def first_robots(settings: Config, genomes: FloatArray, evolved_robots: int) -> 
     if not settings.team.has_own_genomes:
         return genomes
     return genomes[..., : genomes.shape[-1] // evolved_robots * settings.team.robots]
+
+
+def team_of(settings: Config, genes: FloatArray, robots: int) -> tuple[Config, FloatArray]:
+    """Return the configuration and the genes ``(size,)`` of an individual for a team of another size.
+
+    Raises:
+        ConfigError: As :func:`of_size`.
+    """
+    resized = of_size(settings, robots)
+    return resized, first_robots(resized, genes, settings.team.robots)

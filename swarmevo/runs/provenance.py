@@ -30,7 +30,7 @@ def provenance(config_yaml: str, plugins: Sequence[str], library: Mapping[str, s
     Args:
         config_yaml: The resolved configuration, as stored.
         plugins: The configured plugins, each with its distribution and version.
-        library: What the simulator says about itself (``simulator.library_info``).
+        library: What the simulator says about itself (``simulation.library_info``).
     """
     return {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),

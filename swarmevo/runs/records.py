@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a run folder is given and gives back."""
+"""What a run folder tells of its runs."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ A run folder holds
 - ``config.yaml``: the resolved configuration, every key with its value;
 - ``provenance.json``: what made the run: versions, machine, git revision;
 - ``run.sqlite``: every individual of every generation, each of its episodes, and the optimisers' state; its tables are
-  described in ``database.py``;
+  described in ``schema.py``;
 - ``run.lock``, only while somebody writes: held by the operating system, so it vanishes with its process.
 """
 
@@ -34,6 +34,7 @@ from swarmevo.runs.database import (
     explained,
     prepare_to_write,
 )
+from swarmevo.runs.files import write_atomically
 from swarmevo.runs.lock import WriterLock
 from swarmevo.runs.reader import CONFIG_FILE, StoreReader, sha256, sha256_of_genes
 from swarmevo.runs.schema import cells, to_rows
@@ -213,7 +214,7 @@ class Store(StoreReader):
         with self._transaction():  # from here on both are accepted
             self._database.execute("UPDATE run SET next_config_sha256 = ?", (digest,))
         with explained(self.folder):
-            _write_atomically(self.config_path, config_yaml)
+            write_atomically(self.config_path, config_yaml)
         self._next_config_sha256 = digest
         self.__dict__.pop("config", None)  # it was cached
         self._settle_config()
@@ -289,18 +290,3 @@ class Store(StoreReader):
 def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Return a provenance without what changes from session to session though nothing else does."""
     return {key: value for key, value in provenance.items() if key not in ("created", "config_sha256")}
-
-
-def _write_atomically(path: Path, text: str) -> None:
-    """Replace a file: whenever the process or the machine stops, the old or the new one is there, whole."""
-    fresh = path.with_name(f"{path.name}.new")
-    with fresh.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    fresh.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)

@@ -151,5 +151,5 @@ def check(status: int) -> None:
         return
     message = ffi.string(lib.swe_error_message()).decode("utf-8", "replace")
     if status == lib.SWE_INVALID_ARGUMENT:
-        raise InvalidArgument(*message.split("; "))  # as the library joins them, scene.cpp
+        raise InvalidArgument(*message.split("; "))  # as the library joins them, scene/check.hpp
     raise SimulatorError(message)

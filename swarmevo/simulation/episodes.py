@@ -146,7 +146,7 @@ def native_episodes(episodes: Sequence[EpisodeKey]) -> Any:
         return ffi.new("swe_episode[]", [tuple(key) for key in episodes])
     except OverflowError:
         raise InvalidArgument(
-            "episodes: expected 0 <= seed < 2**64 and 0 <= trial, generation, repeat < 2**32"
+            "episodes: expected 0 <= seed < 2**64 and 0 <= generation < 2**32, 0 <= trial, repeat < 2**16"
         ) from None
 
 

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from swarmevo.config import Config, Team
+from swarmevo.config import WORLD, Config, Team
 from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import FloatArray, SceneInfo
 from swarmevo.simulation._ffi import check, load
 
 _OWN_CARE = {"start", "start_poses"}  # copied by _native_config: rows of robots are resolved to poses first
-_SECTIONS = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
 
 
 def start_poses(team: Team, arena_size: float) -> FloatArray:
@@ -51,7 +50,7 @@ def _native_config(config: Config) -> tuple[Any, list[Any]]:
     ffi, lib = load()
     native = ffi.new("swe_scene_config *")
     lib.swe_scene_config_init(native)
-    for name in _SECTIONS:
+    for name in WORLD:
         _copy_section(ffi, lib, getattr(native, name), getattr(config, name))
     native.sensors.infrared_curve_points = len(config.sensors.infrared_curve)
     native.team.start = lib.SWE_START_RANDOM if config.team.start == "random" else lib.SWE_START_POSES

@@ -34,7 +34,7 @@ def words(name: str) -> str:
 
 def label(objective: Objective) -> str:
     """Return an objective's name as people read it, with the direction that is better."""
-    arrow = "more" if objective.direction == "maximise" else "fewer" if is_count(objective) else "less"
+    arrow = "more" if objective.is_maximised else "fewer" if is_count(objective) else "less"
     return f"{words(objective.name)} ({arrow} is better)"
 
 

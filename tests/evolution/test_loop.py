@@ -314,7 +314,7 @@ def test_a_configuration_that_cannot_be_run_makes_no_folder(
 
 def test_what_only_an_evaluation_shows_makes_no_folder_either(tmp_path: Path) -> None:
     bad = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": "raises"}})
-    with pytest.raises(ConfigError, match=r"^fitness\.toy_bad_fitness .*: evaluate raised .* \(found on trial"):
+    with pytest.raises(ConfigError, match=r"^fitness\.toy_bad_fitness .*: evaluate raised .* \(found in a rehearsal"):
         begin(tmp_path / "run", bad)
     assert not (tmp_path / "run").exists()
 

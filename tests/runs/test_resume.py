@@ -311,7 +311,7 @@ def test_a_kill_while_a_run_is_extended_leaves_the_old_length_or_the_new(
 
     def extend_and_die() -> None:
         if moment == "before the file":
-            monkeypatch.setattr(store, "_write_atomically", die)
+            monkeypatch.setattr(store, "write_atomically", die)
         elif moment == "in the file":
             monkeypatch.setattr(os, "fsync", die)
         elif moment == "before the rename":

@@ -25,7 +25,7 @@ from swarmevo.analysis import fronts
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
-from swarmevo.runs import driver
+from swarmevo.runs import driver, other_world
 from swarmevo.runs.store import Store
 from swarmevo.views import html
 from swarmevo.views.replay import data as replay_data
@@ -145,7 +145,7 @@ def test_the_terms_add_up_to_the_objective(recording: Recording) -> None:
 def test_a_team_of_another_size_keeps_its_places(settings: Config, chosen: Chosen) -> None:
     changes = {"start": "poses", "start_poses": tuple((0.1 * i, -0.4, 0.0) for i in range(5)), "start_jitter": (0, 0)}
     placed = settings.model_copy(update={"team": settings.team.model_copy(update=changes)})
-    smaller, genes = replay_episode.of_size(placed, chosen.genes, 2)
+    smaller, genes = other_world.team_of(placed, chosen.genes, 2)
     pose = record(smaller, genes, [chosen.key]).telemetry.pose
     assert pose is not None
     assert pose[0, 0, :, 0].tolist() == [0.0, 0.1]
@@ -153,10 +153,10 @@ def test_a_team_of_another_size_keeps_its_places(settings: Config, chosen: Chose
 
 def test_genomes_of_their_own_limit_the_team(settings: Config) -> None:
     own = settings.model_copy(update={"team": settings.team.model_copy(update={"genomes": "individual"})})
-    _, genes = replay_episode.of_size(own, np.arange(10.0), 2)
+    _, genes = other_world.team_of(own, np.arange(10.0), 2)
     assert genes.tolist() == [0.0, 1.0, 2.0, 3.0]
     with pytest.raises(ConfigError, match="expected at most 5, for each has its own genome, got 6"):
-        replay_episode.of_size(own, np.arange(10.0), 6)
+        other_world.team_of(own, np.arange(10.0), 6)
 
 
 # ---- as data ---------------------------------------------------------------------------------------------------------

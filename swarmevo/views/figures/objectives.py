@@ -63,7 +63,7 @@ def attainment(run: Run) -> Picture:
         if len(objectives) != 2:
             raise ValueError(f"attainment: expected a run with two objectives, got {len(objectives)}")
         sets = [_points(store, pareto.front(store, trial)) for trial in trials]
-        signs = np.array([-1.0 if o.direction == "maximise" else 1.0 for o in reversed(objectives)])
+        signs = np.array([-1.0 if o.is_maximised else 1.0 for o in reversed(objectives)])
         numbers = np.repeat(np.arange(len(sets)), [len(points) for points in sets])
         shares = {"any trial": 100 / len(sets), "half of the trials": 50.0, "all trials": 100.0}
         surfaces = moocore.eaf(np.concatenate(sets) * signs, numbers, percentiles=sorted(set(shares.values())))
@@ -168,7 +168,7 @@ def _worst(objectives: Sequence[Objective], points: FloatArray) -> float:
 
 
 def _is_front(objectives: Sequence[Objective], plane: FloatArray) -> Any:
-    maximised = [objective.direction == "maximise" for objective in objectives[1::-1]]
+    maximised = [objective.is_maximised for objective in objectives[1::-1]]
     return moocore.is_nondominated(plane, maximise=maximised, keep_weakly=True)
 
 

@@ -90,7 +90,7 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
             zip(recording.objectives, recording.values[0].tolist(), strict=True), start=1
         )
     ]
-    if not any(objective.name == "hidden_neurons" for objective in recording.objectives):
+    if recording.complexity not in recording.values[0]:  # else an objective tells it
         said.append(("hidden neurons", f"{recording.complexity:g}"))
     came = ", ".join([f"{len(home)} of {robots}", *([text.span(home.tolist())] if len(home) else [])])
     push = float(telemetry.push_time[0])

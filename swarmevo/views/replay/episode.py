@@ -127,7 +127,7 @@ def episodes(
         The episodes, and the warning, empty if there is none.
 
     Raises:
-        ConfigError: An override is refused, or a size, as :func:`of_size`.
+        ConfigError: An override is refused, or a size, as :func:`swarmevo.runs.other_world.of_size`.
         ReplayError: As :func:`replay`.
     """
     settings = other_world.load(store, overrides)
@@ -141,7 +141,7 @@ def episodes(
         if size == settings.team.robots and not changes:
             recording, said = replay(store, chosen, force)
         else:
-            recording = record(*of_size(settings, chosen.genes, size), [key], threads=1)
+            recording = record(*other_world.team_of(settings, chosen.genes, size), [key], threads=1)
             said = elsewhere if changes else ""
         warning = warning or said
         title = name if len(robots) < 2 else f"{size} robot" + "s" * (size > 1)
@@ -174,13 +174,3 @@ def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subti
         yield "chunk", chunk(recording, range(done, end))
         done = end
     yield "outcome", outcome(recording)
-
-
-def of_size(config: Config, genes: FloatArray, robots: int) -> tuple[Config, FloatArray]:
-    """Return the configuration and the genes for a team of another size.
-
-    Raises:
-        ConfigError: As :func:`swarmevo.runs.other_world.of_size`.
-    """
-    resized = other_world.of_size(config, robots)
-    return resized, other_world.first_robots(resized, genes, config.team.robots)

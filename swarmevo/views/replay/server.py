@@ -31,7 +31,7 @@ def server(page: str, port: int, episode: Callable[[int], Events] | None = None)
         page: HTML.
         port: 0: any that is free.
         episode: Called with 0, 1, ... when the page asks for its next episode; yields the events of
-            :func:`swarmevo.views.replay.page.stream`.
+            :func:`swarmevo.views.replay.episode.stream`.
 
     Raises:
         ReplayError: The port is not free.

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from swarmevo._version import __version__
+from swarmevo.runs.files import write_atomically
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html
 from swarmevo.views.replay import page as replay_page
@@ -39,9 +40,7 @@ def write(folders: Sequence[Path], file: Path, observe: Callable[[str], None] = 
     """
     content = page(folders, observe)
     file.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = file.with_name(f"{file.name}.tmp")
-    unfinished.write_text(content, encoding="utf-8")
-    unfinished.replace(file)
+    write_atomically(file, content)
     return file
 
 

@@ -81,8 +81,7 @@ def data(store: Store, run: Run) -> dict[str, Any]:
     episodes = list(run.episodes.values())
     return {
         "objectives": [
-            {"name": text.words(o.name), "label": text.label(o), "maximise": o.direction == "maximise"}
-            for o in store.objectives
+            {"name": text.words(o.name), "label": text.label(o), "maximise": o.is_maximised} for o in store.objectives
         ],
         "points": [_point(store, run, point) for point in run.points],
         "scene": episodes[0]["scene"] if episodes else [],
