@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Controllers on trial: the paper's Table II, robustness, and a census of what the robots learned to do.
+"""Tests of controllers: the paper's Table II, robustness, and a census of what the robots learned to do.
 
 Every controller on the front of every trial is tested in episodes that evolution never saw: their keys hold the
-generation ``GENERATION``, which no run reaches. All controllers of a trial meet the same noise. Who tests a run twice
-gets the same bits twice.
+generation ``GENERATION``, which no run reaches. All controllers of a trial meet the same noise. The
+same tests give the same bits.
 
 The result is an :class:`~swarmevo.analysis.table_ii.Assessment`.
 """

@@ -27,7 +27,7 @@ FINAL_SHARE: Final = 1 / 6
 NEIGHBOUR: Final = 0.15
 """Robots circle together up to this distance of their centres [m]: two robots' widths."""
 CIRCLING: Final = 10.0
-"""They do so for as long at least [s] ..."""
+"""They do so for at least this long [s] ..."""
 FULL_TURN: Final = 2 * np.pi
 """... each turns by this much on balance [rad] ..."""
 COMMON_CENTRE: Final = 0.06
@@ -35,7 +35,7 @@ COMMON_CENTRE: Final = 0.06
 FORWARD: Final = 0.1
 """A robot pushes if a box sensor answers while it drives forwards with this share of its top speed."""
 PUSHING: Final = 1.0
-"""It pushed, if it did so for as long in all [s]."""
+"""It pushed if it did so for at least this long in all [s]."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from swarmevo.runs.records import Totals
 from swarmevo.runs.store import Store
 from swarmevo.testing import random_genomes
 
-if TYPE_CHECKING:  # who only looks at a run needs no simulator
+if TYPE_CHECKING:  # looking at a run needs no simulator
     from swarmevo.evolution.evaluation import Evaluator
 
 

@@ -103,7 +103,7 @@ class Assessment:
     """For each trial: how many generations it had when it was tested."""
     repeats: int
     horizon: float
-    """Of a test [s]: who has not succeeded by then never does."""
+    """Of a test [s]: a robot that has not succeeded by then never does."""
     rows: list[Outcome]
     """Table II: for each team size the means over all controllers."""
     controllers: list[Tested]

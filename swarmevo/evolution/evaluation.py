@@ -85,7 +85,7 @@ def mean_over_repeats(objectives: FloatArray) -> FloatArray:
 
 
 def forget(result: Results, seconds: float) -> None:
-    """Do not keep."""
+    """Keep nothing."""
 
 
 class Evaluator:

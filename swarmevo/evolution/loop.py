@@ -26,7 +26,7 @@ from swarmevo.protocols import FloatArray, Objective
 from swarmevo.testing import random_genomes
 
 RECENT_GENERATIONS: Final = 20
-"""The time to go is estimated from so many."""
+"""The remaining time is estimated from this many."""
 
 
 @dataclass(frozen=True)

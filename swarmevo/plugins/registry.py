@@ -102,7 +102,7 @@ def discover() -> list[PluginEntry]:
 
 
 def _changed(path: str) -> int:
-    """Return when something was last added to a folder or taken from it; 0: it is none."""
+    """Return when something was last added to a folder or taken from it; 0: it is no folder."""
     with suppress(OSError):
         return os.stat(path or ".").st_mtime_ns
     return 0
@@ -323,6 +323,6 @@ def _lacking(plugin: object, protocol: type) -> str:
 
 
 def _reason(error: BaseException) -> str:
-    """Return an exception's message as one line; what is no ValueError with its type."""
+    """Return an exception's message as one line; with its type unless it is a ValueError."""
     message = " ".join(str(error).split())
     return message if message and isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")

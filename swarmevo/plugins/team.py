@@ -44,7 +44,7 @@ def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Con
 
 
 def never() -> bool:
-    """Do not stop."""
+    """Say that nothing is to stop."""
     return False
 
 

@@ -85,7 +85,7 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
 
 def prepare_to_write(database: sqlite3.Connection) -> None:
     """Choose how transactions are made, and what is checked in them."""
-    # WAL: who looks at a run never makes its writer wait. Where the file system cannot, SQLite keeps its other journal.
+    # WAL: a reader never makes the writer wait. Where the file system cannot, SQLite keeps its other journal.
     with contextlib.suppress(sqlite3.OperationalError):
         database.execute("PRAGMA journal_mode = WAL")
     database.execute("PRAGMA foreign_keys = ON")  # off by default

@@ -14,6 +14,7 @@ from pathlib import Path
 from swarmevo import plugins
 from swarmevo._version import __version__
 from swarmevo.config import Config
+from swarmevo.plugins.checked import one_line
 
 REINSTALL = "reinstall swarmevo; in a checkout: make evolve"
 
@@ -48,8 +49,8 @@ def examine() -> list[Finding]:
 def _look(subject: str, look: Callable[[], str]) -> Finding:
     try:
         return Finding(subject, look())
-    except Exception as error:  # the doctor must not fall ill
-        return Finding(subject, " ".join(f"{type(error).__name__}: {error}".split()), REINSTALL)
+    except Exception as error:  # whatever is broken is a finding
+        return Finding(subject, one_line(error), REINSTALL)
 
 
 def _library() -> str:
