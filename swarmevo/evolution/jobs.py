@@ -153,7 +153,7 @@ class Setup:
         judged = [self.team.judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
         left = {"objective": np.array(judged)}
         left |= {name: getattr(done, name) for name in _SIMULATED}
-        return self._results(job, left, ("",) * len(job.episodes), started)
+        return self._results(job, left, ("",) * len(job.episodes), time.perf_counter() - started)
 
     def failed(self, job: Job, reason: str, seconds: float) -> Results:
         """Return the result of a job whose one episode failed."""
@@ -165,15 +165,15 @@ class Setup:
             else np.full(shape[column.axis], column.failed, dtype=column.dtype)
             for column in COLUMNS
         }
-        return self._results(job, left, (reason,), time.perf_counter() - seconds)
+        return self._results(job, left, (reason,), seconds)
 
-    def _results(self, job: Job, left: dict[str, NDArray[Any]], faults: tuple[str, ...], started: float) -> Results:
+    def _results(self, job: Job, left: dict[str, NDArray[Any]], faults: tuple[str, ...], seconds: float) -> Results:
         return Results(
             individual=np.array(job.individuals, dtype=np.intp),
             repeat=np.array([key.repeat for key in job.episodes], dtype=np.intp),
             values=left,
             faults=faults,
-            seconds=time.perf_counter() - started,
+            seconds=seconds,
         )
 
 
