@@ -144,15 +144,7 @@ class Case:
 
 
 class LockstepNetworks:
-    """The networks of :func:`random_networks` as a controller written in Python."""
-
-    def space(self, scene: Any) -> Any:
-        """Not asked for here."""
-        raise NotImplementedError
-
-    def complexity(self, genomes: FloatArray) -> FloatArray:
-        """Not asked for here."""
-        raise NotImplementedError
+    """The networks of :func:`random_networks` as NumPy computes them, for worlds in lockstep."""
 
     def start(self, genomes: FloatArray) -> None:
         """Take one network for each world."""

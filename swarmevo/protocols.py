@@ -356,9 +356,8 @@ class NativeController(Controller, Protocol):
         ...
 
 
-@runtime_checkable
-class PythonController(Controller, Protocol):
-    """A controller written with NumPy, run for all episodes in lockstep."""
+class Actor(Protocol):
+    """Commands all robots of all worlds that are stepped together."""
 
     def start(self, genomes: FloatArray) -> None:
         """Take the genomes ``(worlds, robots, size)`` of the episodes that begin; forget all memory."""
@@ -367,6 +366,11 @@ class PythonController(Controller, Protocol):
     def act(self, observations: FloatArray) -> FloatArray:
         """Return commands ``(worlds, robots, 2)`` in [-1, 1] for ``observations`` ``(worlds, robots, 13)``."""
         ...
+
+
+@runtime_checkable
+class PythonController(Controller, Actor, Protocol):
+    """A controller written with NumPy, run for all episodes in lockstep."""
 
 
 @runtime_checkable

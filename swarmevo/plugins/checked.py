@@ -96,21 +96,12 @@ class CancellableController:
         self._controller = controller
         self._cancelled = cancelled
 
-    def space(self, scene: SceneInfo) -> GenomeSpace:
-        """See :class:`swarmevo.protocols.Controller`."""
-        return self._controller.space
-
-    def complexity(self, genomes: FloatArray) -> FloatArray:
-        """See :class:`swarmevo.protocols.Controller`."""
-        complexity: FloatArray = self._controller.made.complexity(genomes)
-        return complexity
-
     def start(self, genomes: FloatArray) -> None:
-        """See :class:`swarmevo.protocols.PythonController`."""
+        """See :class:`swarmevo.protocols.Actor`."""
         _call(self._controller.title, "start", self._controller.made.start, genomes)
 
     def act(self, observations: FloatArray) -> FloatArray:
-        """See :class:`swarmevo.protocols.PythonController`."""
+        """See :class:`swarmevo.protocols.Actor`."""
         if self._cancelled():
             raise Interrupted
         commands = _call(self._controller.title, "act", self._controller.made.act, observations)

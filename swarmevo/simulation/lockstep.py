@@ -21,10 +21,10 @@ from swarmevo.protocols import (
     CHANNELS,
     COMMANDS,
     OBSERVATIONS,
+    Actor,
     BoolArray,
     FloatArray,
     IntArray,
-    PythonController,
     Recorded,
     SceneInfo,
 )
@@ -397,7 +397,7 @@ def _scene_of(config: Config | Scene | str | Path) -> Scene:
 
 def simulate_lockstep(
     scene: Scene,
-    controller: PythonController,
+    controller: Actor,
     genomes: FloatArray,
     episodes: Sequence[EpisodeKey],
     channels: Collection[str] = (),
