@@ -184,7 +184,7 @@ def case(name: str) -> Case | LockstepCase:
     if name.endswith("-articulated"):
         usual = CASES[name.removesuffix("-articulated")]()
         assert isinstance(usual, Case)
-        physics = {"drive": "articulated", "time_step": 0.005}
+        physics = {"drive": "articulated", "time_step": 0.004}
         return dataclasses.replace(usual, config=changed(usual.config, physics=physics), episodes=2)
     if name.startswith("robots-"):
         return Case(scaled_config(int(name.removeprefix("robots-"))), avoiding_network(), 4)

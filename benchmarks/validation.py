@@ -60,7 +60,7 @@ their friction, so comparing the two is a test of the drive, not of the physics.
 same, and every command runs on either:
 
 ```console
-swarmevo evolve paper --set physics.drive=articulated --set physics.time_step=0.005
+swarmevo evolve paper --set physics.drive=articulated --set physics.time_step=0.004
 ```
 """
 

@@ -59,7 +59,7 @@ _OPEN = 3.0  # size of an arena whose walls are out of reach [m]
 
 def compared() -> list[tuple[Drive, float]]:
     """Return the default physics and the reference, for the smaller tables."""
-    return [(Config().physics.drive, Config().physics.time_step), ("articulated", 0.005)]
+    return [(Config().physics.drive, Config().physics.time_step), ("articulated", 0.004)]
 
 
 def default_ratio() -> float:
@@ -541,7 +541,7 @@ def _yes(fact: bool) -> str:
 
 def _figure(windows: list[Window], settings: Settings) -> Figure:
     """Draw the way of the box against the ratio, for both drives."""
-    shown: dict[Drive, float] = {"driven_contacts": Config().physics.time_step, "articulated": 0.005}
+    shown: dict[Drive, float] = {"driven_contacts": Config().physics.time_step, "articulated": 0.004}
     ratios = np.round(np.linspace(0.1, 1.2, 34), 3)
     pushes = [Push(n, float(r), name, step) for name, step in shown.items() for n in TEAMS for r in ratios]
     ways = dict(zip(pushes, in_parallel(way_of_box, pushes, settings.threads), strict=True))

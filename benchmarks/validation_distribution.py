@@ -229,7 +229,7 @@ def are_alike(first: Sample, second: Sample) -> bool:
 # ---- the page --------------------------------------------------------------------------------------------------------
 
 
-REFERENCE = Model("articulated", 0.005)
+REFERENCE = Model("articulated", 0.004)
 
 
 def section(settings: Settings) -> Section:

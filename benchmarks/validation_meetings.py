@@ -37,7 +37,7 @@ from swarmevo.protocols import FloatArray
 
 STEPS: Mapping[Drive, Sequence[float]] = {
     "driven_contacts": (0.001, 0.005, 0.01, 0.02, 0.025, 0.05),
-    "articulated": (0.001, 0.005),
+    "articulated": (0.001, 0.004),
 }
 """The time steps that are compared [s]."""
 REFERENCE_STEP = 1e-5
@@ -325,7 +325,7 @@ def turned_by_rows(settings: Settings) -> Turned:
     return Turned(*np.array(in_parallel(of, ROWS, settings.threads)).T)
 
 
-SHIFTING: tuple[Drive, float] = ("articulated", 0.005)
+SHIFTING: tuple[Drive, float] = ("articulated", 0.004)
 """The drive whose box shifts the loads of its feet."""
 
 

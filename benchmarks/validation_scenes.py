@@ -25,7 +25,7 @@ from matplotlib.figure import Figure  # after the choice of the backend
 Drive = Literal["driven_contacts", "articulated"]
 TIME_STEPS: dict[Drive, tuple[float, ...]] = {
     "driven_contacts": (0.001, 0.005, 0.01, 0.02, 0.025, 0.05),
-    "articulated": (0.001, 0.002, 0.005),
+    "articulated": (0.001, 0.002, 0.004),
 }
 """The steps from 1 ms to a drive's largest that divide the default control period [s]."""
 DRIVES = tuple(TIME_STEPS)

@@ -211,7 +211,7 @@ class Physics(Section):
     """ODE's constraint force mixing of contacts [s/kg]."""
     drive: Literal["driven_contacts", "articulated"] = "driven_contacts"
     """A robot is one level body whose wheels are moving contact surfaces; or, as the reference, a chassis and two wheel
-    bodies on hinges with motors, free in three dimensions, at time steps up to 0.005 s."""
+    bodies on hinges with motors, free in three dimensions, at time steps up to 0.004 s and with sprung bumpers."""
 
 
 class Episode(Section):

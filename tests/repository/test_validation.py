@@ -50,7 +50,7 @@ DEFAULT_STEP = Config().physics.time_step
 
 
 @pytest.mark.parametrize(
-    ("name", "step"), [("driven_contacts", 0.02), ("driven_contacts", DEFAULT_STEP), ("articulated", 0.005)]
+    ("name", "step"), [("driven_contacts", 0.02), ("driven_contacts", DEFAULT_STEP), ("articulated", 0.004)]
 )
 def test_one_and_two_robots_do_not_move_the_box_and_more_push_it_to_the_wall(name: Drive, step: float) -> None:
     ratio = calibration.default_ratio()
@@ -60,7 +60,7 @@ def test_one_and_two_robots_do_not_move_the_box_and_more_push_it_to_the_wall(nam
         assert calibration.is_at_wall(Push(robots, ratio, name, step))
 
 
-@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.005)])
+@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.004)])
 def test_the_default_friction_keeps_a_margin_on_both_sides(name: Drive, step: float) -> None:
     ratio, margin = calibration.default_ratio(), calibration.MARGIN
     assert calibration.is_still(Push(2, ratio * (1 - margin), name, step))
@@ -69,7 +69,7 @@ def test_the_default_friction_keeps_a_margin_on_both_sides(name: Drive, step: fl
     assert calibration.is_at_wall(Push(3, ratio * (1 + margin), name, step))
 
 
-@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.005)])
+@pytest.mark.parametrize(("name", "step"), [("driven_contacts", DEFAULT_STEP), ("articulated", 0.004)])
 def test_two_robots_at_a_slant_do_not_move_the_box(name: Drive, step: float) -> None:
     assert calibration.slanted_way(2, float(np.radians(30)), (name, step)) < calibration.STILL
 
@@ -108,7 +108,7 @@ def test_robots_that_press_move_the_box_where_its_limit_curve_says_so(place: Pla
 
 def test_the_articulated_drive_finds_the_limit_curve_as_well() -> None:
     place = Place(2, "long", "end")
-    found = place.measured(("articulated", 0.005), precision=0.002)
+    found = place.measured(("articulated", 0.004), precision=0.002)
     assert found == pytest.approx(place.threshold(calibration.corners()), rel=calibration.CURVE_ERROR)
 
 
@@ -132,7 +132,7 @@ def test_one_robot_at_a_corner_does_not_move_the_box() -> None:
 @pytest.fixture(scope="module")
 def differences() -> convergence.Differences:
     return convergence.compare(
-        Settings(threads=1), steps={"driven_contacts": (0.01, DEFAULT_STEP), "articulated": (0.005,)}
+        Settings(threads=1), steps={"driven_contacts": (0.01, DEFAULT_STEP), "articulated": (0.004,)}
     )
 
 
@@ -167,7 +167,7 @@ def test_circles_have_the_formulas_radius() -> None:
 
 @pytest.fixture(scope="module")
 def compared() -> dict[str, meetings.Compared]:
-    steps: dict[Drive, tuple[float, ...]] = {"driven_contacts": (0.005, DEFAULT_STEP), "articulated": (0.005,)}
+    steps: dict[Drive, tuple[float, ...]] = {"driven_contacts": (0.005, DEFAULT_STEP), "articulated": (0.004,)}
     return {found.case.name: found for found in meetings.compare(Settings(threads=1), steps)}
 
 
@@ -234,7 +234,7 @@ def test_the_simulator_from_outside_says_what_its_first_report_said() -> None:
 
 
 def test_the_articulated_drive_slides_as_in_a_simulator_from_outside(held: list[outside.Compared]) -> None:
-    assert {c.figure.case.name for c, _ in outside.missed(held, "articulated") if not c.figure.case.is_blow} == set()
+    assert not outside.missed(held, "articulated")
     assert outside.shift(held).is_explanation()
 
 
@@ -262,7 +262,7 @@ def test_time_steps_and_drives_agree_in_distribution() -> None:
     default = distribution.run(distribution.Model("driven_contacts", DEFAULT_STEP), settings)
     assert default.moved() >= 1 - distribution.MOST_STILL
     assert np.ptp(default.f1) > 0
-    for model in (distribution.Model("driven_contacts", 0.02), distribution.Model("articulated", 0.005)):
+    for model in (distribution.Model("driven_contacts", 0.02), distribution.Model("articulated", 0.004)):
         found = distribution.run(model, settings)
         assert set(distribution.distances(default, found)) == set(distribution.QUANTITIES)
         assert distribution.are_alike(default, found)
@@ -297,7 +297,7 @@ def test_what_is_free_in_three_dimensions_stays_on_the_floor() -> None:
     n, team = 20, Config().team.robots
     config = changed(
         Config(),
-        physics={"drive": "articulated", "time_step": 0.005},
+        physics={"drive": "articulated", "time_step": 0.004},
         team={"start": "random"},
         episode={"horizon": 20.0},
     )
@@ -316,7 +316,7 @@ def test_a_fallen_robot_is_an_outcome() -> None:
         standing([(0.0, -0.1, np.pi / 2)]),
         robot={"centre_of_mass": 0.14, "height": 0.15, "caster_offset": 0.005, "caster_clearance": 1e-4},
         box={"pose": (0.0, 0.2, 0.0)},
-        physics={"drive": "articulated", "time_step": 0.005},
+        physics={"drive": "articulated", "time_step": 0.004},
         episode={"horizon": 5.0},
     )
     done = drive(tall, [(1.0, 1.0)])
@@ -474,14 +474,14 @@ def test_infrared_noise_is_the_configs() -> None:
 def test_commands_run_on_either_drive(name: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     small = "episode.horizon=1", "evolution.population=4", "evolution.generations=2", "evolution.repeats=1"
-    chosen = f"physics.drive={name}", "physics.time_step=0.005"
+    chosen = f"physics.drive={name}", "physics.time_step=0.004"
     settings = [word for setting in (*small, *chosen) for word in ("--set", setting)]
     run("evolve", *settings, "--seed", "1", "--workers", "1", "--out", "run")
     run("resume", "run", "--workers", "1")
     run("show", "run")
     run("test", "run", "--robots", "1", "--repeats", "1")
     physics = config.load(tmp_path / "run" / "config.yaml").physics
-    assert (physics.drive, physics.time_step) == (name, 0.005)
+    assert (physics.drive, physics.time_step) == (name, 0.004)
 
 
 def run(*arguments: str) -> None:
@@ -494,7 +494,7 @@ def test_the_drives_give_other_bits_of_the_same_behaviour() -> None:
     networks, drivers = random_networks(1, seed=3, forward=1.0), np.zeros((1, 5), dtype=np.uint32)
     found = {}
     for name in DRIVES:
-        either = changed(Config(), physics={"drive": name, "time_step": 0.005}, episode={"horizon": 2.0})
+        either = changed(Config(), physics={"drive": name, "time_step": 0.004}, episode={"horizon": 2.0})
         found[name] = simulate(Scene(either), networks, keys(1), drivers, ("pose",))
     one, other = found.values()
     assert one.hash[0] != other.hash[0]

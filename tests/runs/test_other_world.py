@@ -18,8 +18,8 @@ from swarmevo.runs.store import Store
 from swarmevo.views.replay import episode as replay_episode
 from swarmevo.views.replay import server as replay_server
 
-ARTICULATED = ["physics.drive=articulated", "physics.time_step=0.005"]
-CHANGES = ["physics.time_step 0.005 (evolved with 0.05)", "physics.drive articulated (evolved with driven_contacts)"]
+ARTICULATED = ["physics.drive=articulated", "physics.time_step=0.004"]
+CHANGES = ["physics.time_step 0.004 (evolved with 0.05)", "physics.drive articulated (evolved with driven_contacts)"]
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def test_nothing_changed_is_the_runs_world(run: Path) -> None:
 def test_what_is_changed_is_told(run: Path) -> None:
     with Store.open(run) as store:
         other = other_world.load(store, [*ARTICULATED, "noise.rf=0.1"])
-        assert (other.physics.drive, other.physics.time_step, other.noise.rf) == ("articulated", 0.005, 0.1)
+        assert (other.physics.drive, other.physics.time_step, other.noise.rf) == ("articulated", 0.004, 0.1)
         assert other_world.changes(store, other) == ["noise.rf 0.1 (evolved with 0.0)", *CHANGES]
 
 
@@ -136,9 +136,9 @@ def test_a_replay_in_another_world_is_not_held_against_the_stored_one(run: Path)
 
 def test_its_page_has_a_name_of_its_own(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = digests(run)
-    assert swarmevo("replay", run, "--set", "physics.drive=articulated", "physics.time_step=0.005") == 0
+    assert swarmevo("replay", run, "--set", "physics.drive=articulated", "physics.time_step=0.004") == 0
     said = capsys.readouterr()
-    assert said.err.startswith("warning: another world than the stored episode's: physics.time_step 0.005")
+    assert said.err.startswith("warning: another world than the stored episode's: physics.time_step 0.004")
     page = Path(said.out.strip())
     assert page.name.endswith("-other-world.html")
     page.unlink()

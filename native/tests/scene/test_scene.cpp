@@ -168,7 +168,7 @@ TEST_CASE("a robot that cannot stand is refused") {
     Fixture fixture;
     swe_robot_config& robot = fixture.config.robot;
     fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
-    fixture.config.physics.time_step = 0.005;
+    fixture.config.physics.time_step = 0.004;
     robot.height = 0.2;
     robot.caster_offset = 0.005;
     robot.centre_of_mass = 0.049;
@@ -185,7 +185,7 @@ TEST_CASE("a robot that cannot stand is refused") {
 
 TEST_CASE("a robot that falls on its side as it skids is left to the articulated model") {
     Fixture fixture;
-    fixture.config.physics.time_step = 0.005;
+    fixture.config.physics.time_step = 0.004;
     fixture.config.physics.wheel_friction = 1;
     fixture.config.robot.centre_of_mass = 0.0265;  // half the axle
     CHECK(errors_of(fixture.config) == "");
@@ -200,6 +200,18 @@ TEST_CASE("a robot that falls on its side as it skids is left to the articulated
     CHECK(errors_of(fixture.config) == "");
 }
 
+TEST_CASE("the articulated drive takes small steps and sprung bumpers") {
+    Fixture fixture;
+    fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
+    CHECK(names(errors_of(fixture.config), "physics.time_step: expected at most 0.004 s with the articulated drive"));
+    fixture.config.physics.time_step = 0.004;
+    CHECK(errors_of(fixture.config) == "");
+    fixture.config.robot.bumper = SWE_BUMPER_RIGID;
+    CHECK(names(errors_of(fixture.config), "robot.bumper: expected sprung with the articulated drive"));
+    fixture.config.physics.drive = SWE_DRIVE_DRIVEN_CONTACTS;
+    CHECK(errors_of(fixture.config) == "");
+}
+
 TEST_CASE("the articulated robot's chassis has a mass, a centre above the floor and inertia wherever it is accepted") {
     const auto stands = [](const Fixture& fixture) {
         const Scene scene(fixture.config);
@@ -210,7 +222,7 @@ TEST_CASE("the articulated robot's chassis has a mass, a centre above the floor 
     };
     Fixture fixture;
     fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
-    fixture.config.physics.time_step = 0.005;
+    fixture.config.physics.time_step = 0.004;
     swe_robot_config& robot = fixture.config.robot;
     robot.centre_of_mass = 0.12 * robot.wheel_radius + 1e-5;
     CHECK(stands(fixture));

@@ -44,12 +44,12 @@ TEST_CASE("driven contacts follow the articulated model and the circle of its wh
 TEST_CASE("the articulated robot has the same weight and traction: two do not move the box, three do") {
     for (const int n : {2, 3}) {
         Fixture fixture(Fixture::aligned(n));
-        fixture.without_noise().box_at(0, 0.2).config.physics.time_step = 0.005;
+        fixture.without_noise().box_at(0, 0.2).config.physics.time_step = 0.004;
         fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
         const Scene scene = fixture.scene();
         World world(scene, scene.start_poses);
         for (int i = 0; i < n; ++i) world.set_rim_speeds(static_cast<unsigned>(i), 0.12, 0.12);
-        for (int i = 0; i < 4000; ++i) world.step();
+        for (int i = 0; i < 5000; ++i) world.step();
         if (n == 2)
             CHECK(world.box_pose().y < 0.205);
         else
