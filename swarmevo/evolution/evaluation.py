@@ -177,12 +177,10 @@ class Evaluator:
                 in which an episode failed, which should have another try.
 
         Raises:
-            EvaluationError: A plugin or an episode failed.
+            EvaluationError: A plugin or an episode failed, or ``genomes`` has another shape.
             Interrupted: ``stop`` said so.
-            ValueError: ``genomes`` has another shape.
         """
-        if genomes.ndim != 2 or genomes.shape[1] != self.space.size:
-            raise ValueError(f"genomes: expected the shape (n, {self.space.size}), got {genomes.shape}")
+        self._setup.team.check(genomes)
         started = time.perf_counter()
         jobs = self._jobs(genomes, trial, generation, known)
         results = []

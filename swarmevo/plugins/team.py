@@ -80,8 +80,25 @@ class Team:
         """Whether the controller runs in the library."""
         return self._controller.is_native
 
+    def check(self, genomes: FloatArray) -> None:
+        """Refuse individuals that are not ``(n, space.size)``.
+
+        Raises:
+            EvaluationError: They are of another size: not of this controller, or of another version of its plugin.
+        """
+        if genomes.ndim != 2 or genomes.shape[1] != self.space.size:
+            raise EvaluationError(
+                f"{self._controller.title}: genomes: expected the shape (n, {self.space.size}), got {genomes.shape}; "
+                "install the version of the plugin that they were evolved with"
+            )
+
     def robot_genomes(self, genomes: FloatArray) -> FloatArray:
-        """Return individuals ``(n, space.size)`` as robots' genomes ``(n, genomes_per_team, size)``."""
+        """Return individuals ``(n, space.size)`` as robots' genomes ``(n, genomes_per_team, size)``.
+
+        Raises:
+            EvaluationError: They are of another size.
+        """
+        self.check(genomes)
         return genomes.reshape(len(genomes), self.config.team.genomes_per_team, -1)
 
     def simulate(
@@ -149,6 +166,7 @@ class Team:
 
     def complexity(self, genomes: FloatArray) -> FloatArray:
         """Return ``(n,)``: how many hidden neurons each individual of ``(n, space.size)`` uses."""
+        self.check(genomes)
         return self._controller.complexity(self._judged, genomes)
 
     def networks(self, genome: FloatArray) -> FeedForward | None:

@@ -148,11 +148,13 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         genome: Its id, as ``swarmevo show`` prints it.
 
     Raises:
+        EvaluationError: The controller plugin takes genomes of another size.
         PluginError: The run's controller plugin cannot be made.
         StoreError: There is no such genome.
     """
     config, genes = store.config, store.genome(genome)
     team = Team(config)
+    team.check(genes[np.newaxis])
     return {
         "format": FORMAT,
         "swarmevo": __version__,

@@ -453,5 +453,5 @@ def test_an_evaluator_needs_a_seed_and_a_number_of_workers() -> None:
 
 def test_genomes_of_another_shape_are_refused() -> None:
     config = toy_plugins.config()
-    with pytest.raises(ValueError, match=r"genomes: expected the shape \(n, 36\), got \(2, 35\)"):
+    with pytest.raises(EvaluationError, match=r"genomes: expected the shape \(n, 36\), got \(2, 35\); install"):
         evaluate(config, np.zeros((2, 35)))
