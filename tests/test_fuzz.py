@@ -144,13 +144,12 @@ def read_run(folder: Path) -> None:
 
 
 def _read_all(store: Store) -> None:
-    assert store.config_is_intact in (True, False)
     readings: list[Callable[[], Any]] = [
         store.trials,
         store.totals,
         store.individuals,
         store.all_genomes,
-        store.damaged_genomes,
+        store.damage,
         lambda: store.genome(2),
         lambda: store.session(1),
         lambda: store.state(0),

@@ -115,7 +115,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
             with interruptible(how) as stop, console.progress(*fronts.generations(store)) as observe:
                 driver.evolve(store, workers, observe, stop, _backend(scheduler))
         except Exception:
-            if store.trials() or scheduler:
+            if store.is_in_place and (store.trials() or scheduler):
                 print(how, file=sys.stderr)
             raise
         console.show_run(fronts.summarise(store))

@@ -75,7 +75,7 @@ def replay(
 
 def _run_and_individual(text: str) -> tuple[Path, int | None]:
     folder, _, individual = text.rpartition(":")
-    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,18}", individual):
+    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,100}", individual):
         return Path(folder), int(individual)
     return Path(text), None
 

@@ -20,3 +20,27 @@ def write_atomically(path: Path, text: str) -> None:
         os.fsync(folder)
     finally:
         os.close(folder)
+
+
+class WatchedFile:
+    """A file that is being written, and could be lost meanwhile without any error of the operating system.
+
+    A process can go on writing a file that has no name any more, or that somebody made shorter.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path.absolute()
+        self._known = self._path.stat()
+
+    def trouble(self) -> str:
+        """Return what has happened to the file, in words; "": nothing."""
+        try:
+            now = self._path.stat()
+        except FileNotFoundError:
+            now = None
+        if now is None or not os.path.samestat(now, self._known):
+            return "was deleted, moved or replaced while the run was writing it; if it was moved, resume it there"
+        if now.st_size < self._known.st_size:
+            return "was truncated while the run was writing it; restore it from a copy"
+        self._known = now
+        return ""

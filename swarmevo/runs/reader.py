@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import json
@@ -20,13 +21,16 @@ from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.evolution.state import decode_state
 from swarmevo.protocols import FloatArray, Objective
-from swarmevo.runs.database import ADVICE, DATABASE_FILE, explained
+from swarmevo.runs import checksums, integrity
+from swarmevo.runs.database import ADVICE, DATABASE_FILE, OBJECTIVES, RUN, damaged, explained
 from swarmevo.runs.records import Individuals, Summary, Totals
-from swarmevo.runs.schema import cells, from_rows
+from swarmevo.runs.schema import episode_columns, from_rows, in_flight_columns
 
 CONFIG_FILE: Final = "config.yaml"
+PROVENANCE_FILE: Final = "provenance.json"
 
 _MOST_ROBOTS: Final = 64  # as in swarmevo.h; more are not in a sound file
+_LARGEST: Final = 2**63 - 1  # that SQLite has
 
 _Returned = TypeVar("_Returned")
 _Given = ParamSpec("_Given")
@@ -35,27 +39,39 @@ _Given = ParamSpec("_Given")
 def _readable(
     method: Callable[Concatenate[StoreReader, _Given], _Returned],
 ) -> Callable[Concatenate[StoreReader, _Given], _Returned]:
-    """Make a method of a store that reads say so when what it reads makes no sense."""
+    """Make a method of a store say so when what it reads makes no sense, or is not what was stored."""
 
     @functools.wraps(method)
     def read(store: StoreReader, /, *arguments: _Given.args, **named: _Given.kwargs) -> _Returned:
-        try:
+        store.check()
+        with _sensible(store.folder):
             return method(store, *arguments, **named)
-        except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
-            raise StoreError(f"{store.folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
 
     return read
 
 
+@contextlib.contextmanager
+def _sensible(folder: Path) -> Iterator[None]:
+    """Turn the errors of what makes no sense into a StoreError of one line."""
+    try:
+        yield
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
+        raise StoreError(f"{folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
+
+
 class StoreReader:
-    """What can be asked of a run folder; every method raises StoreError if the database cannot be read."""
+    """What can be asked of a run folder; every method raises StoreError if the database cannot be read.
+
+    What was changed since it was stored is never returned: the first question goes through all generations.
+    """
 
     def __init__(self, folder: Path, database: sqlite3.Connection) -> None:
         self.folder: Final = folder
         self._database: Final = database
+        self._is_checked = False
         with explained(folder):
-            self.seed, self.robots, self._config_sha256, self._next_config_sha256 = self._run()
-            self.objectives = self._objectives()
+            self.seed, self.robots, self._config_sha256, self._next_config_sha256, self.objectives = self._run()
+            self._check_config()
 
     @property
     def config_path(self) -> Path:
@@ -71,12 +87,59 @@ class StoreReader:
         """
         return load(self.config_path)
 
-    @property
-    def config_is_intact(self) -> bool:
-        """Whether the configuration is the one that the run was made with."""
+    def _check_config(self) -> None:
+        """Refuse a configuration that is not the one that the run was made with."""
+        for _ in range(2):  # a writer may just be replacing it
+            digest = checksums.sha256(self.config_path.read_bytes())
+            if digest in (self._config_sha256, self._next_config_sha256):
+                return
+            *_, self._config_sha256, self._next_config_sha256, _ = self._run()
+        raise StoreError(
+            f"{self.config_path}: was changed since the run began; undo that, or restore it from a copy. "
+            "Another world is tried with --set"
+        )
+
+    def check(self) -> None:
+        """Hold what is stored against its checksums, but for genes, which are when they are read; once.
+
+        Raises:
+            StoreError: Something is not as it was stored.
+        """
+        if not self._is_checked:
+            with self._snapshot(), _sensible(self.folder):
+                what = next(integrity.damaged_rows(self._database, self._episode_columns), "")
+            if what:
+                raise damaged(self.folder, what)
+            self._is_checked = True
+
+    def damage(self) -> list[str]:
+        """Return all that is not as it was stored, in words."""
+        with self._snapshot(), _sensible(self.folder):
+            verdicts = [text for (text,) in self._database.execute("PRAGMA integrity_check(1)")]
+            if verdicts != ["ok"]:
+                return [f"the structure of {DATABASE_FILE}"]
+            rows = list(integrity.damaged_rows(self._database, self._episode_columns))
+            return [*rows, *integrity.damaged_genomes(self._database), *self._damaged_provenance()]
+
+    def _damaged_provenance(self) -> Iterator[str]:
+        ((text,),) = self._database.execute("SELECT provenance FROM session WHERE id = 1")
+        try:
+            same = json.loads((self.folder / PROVENANCE_FILE).read_bytes()) == json.loads(text)
+        except (OSError, ValueError):
+            same = False
+        if not same:
+            yield PROVENANCE_FILE
+
+    @contextlib.contextmanager
+    def _snapshot(self) -> Iterator[None]:
+        """Read as if nobody wrote meanwhile."""
         with explained(self.folder):
-            digest = sha256(self.config_path.read_bytes())
-        return digest in (self._config_sha256, self._next_config_sha256)
+            self._database.execute("BEGIN")
+            try:
+                yield
+            finally:
+                if self._database.in_transaction:
+                    self._database.execute("ROLLBACK")
 
     @_readable
     def session(self, id: int) -> dict[str, Any]:
@@ -116,12 +179,6 @@ class StoreReader:
         return np.array([id for (id,) in rows], dtype=np.int64)
 
     @_readable
-    def damaged_genomes(self) -> list[int]:
-        """Return the ids of genomes that are not what was stored."""
-        rows = self._rows("SELECT id, sha256, genes FROM genome ORDER BY id")
-        return [id for id, digest, genes in rows if hashlib.sha256(genes).digest() != digest]
-
-    @_readable
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
         """Return the kept episodes of a generation that is not complete.
 
@@ -130,15 +187,19 @@ class StoreReader:
             number: Of the generation, from 0.
             genomes: ``(n, size)``: the generation's; episodes of others are left out.
         """
-        found = self._rows(
-            f"SELECT genome, seconds, {self._cells()} FROM in_flight"
+        digests = dict(enumerate(map(checksums.of_genes, genomes)))
+        rows = [row for row in self._kept(trial, number) if digests.get(row[3]) == row[2]]
+        return self._results([row[3:] for row in rows], max((row[1] for row in rows), default=0.0))
+
+    def _kept(self, trial: int, number: int) -> list[tuple[Any, ...]]:
+        """Return rows of ``in_flight_columns`` of a generation; damaged ones are left out, hence run again."""
+        rows = self._rows(
+            f"SELECT sha256, {', '.join(self._in_flight_columns)} FROM in_flight"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
-        digests = dict(enumerate(map(sha256_of_genes, genomes)))
-        rows = [row for row in found if digests.get(row[2]) == row[0]]
-        return self._results([row[2:] for row in rows], max((row[1] for row in rows), default=0.0))
+        return [row[1:] for row in rows if row[0] == checksums.of_rows([(trial, number, *row[1:])])]
 
     @_readable
     def trials(self) -> list[int]:
@@ -174,21 +235,21 @@ class StoreReader:
         if not seconds:
             raise StoreError(f"{self.folder}: there is no generation {number} of trial {trial}")
         genes = self._rows(
-            "SELECT genes FROM individual JOIN genome ON genome.id = individual.genome"
+            "SELECT id, sha256, genes FROM individual JOIN genome ON genome.id = individual.genome"
             " WHERE trial = ? AND generation = ? ORDER BY number",
             trial,
             number,
         )
         rows = self._rows(
-            f"SELECT fault, {self._cells()} FROM episode"
+            f"SELECT {', '.join(self._episode_columns)} FROM episode"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
-        episodes = self._results([row[1:] for row in rows], seconds[0][0], tuple(row[0] or "" for row in rows))
+        episodes = self._results([row[2:] for row in rows], seconds[0][0], tuple(row[1] or "" for row in rows))
         if len(rows) != len(genes) * episodes.repeats:
             raise ValueError("episodes are missing")
-        return Generation(np.array([_genes(row) for (row,) in genes]), episodes)
+        return Generation(np.array([self._genes(*row) for row in genes]), episodes)
 
     def summaries(self, trial: int) -> Iterator[Summary]:
         """Yield every stored generation of a trial in short, in order."""
@@ -267,10 +328,10 @@ class StoreReader:
         Raises:
             StoreError: There is none.
         """
-        rows = self._rows("SELECT genes FROM genome WHERE id = ?", id)
+        rows = self._rows("SELECT id, sha256, genes FROM genome WHERE id = ?", id)
         if not rows:
             raise StoreError(f"{self.folder}: there is no genome {id}")
-        return _genes(rows[0][0])
+        return self._genes(*rows[0])
 
     @_readable
     def totals(self, trial: int | None = None) -> Totals:
@@ -284,14 +345,27 @@ class StoreReader:
         return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds, faults)
 
     def _rows(self, query: str, *parameters: int | None) -> list[tuple[Any, ...]]:
+        # What is beyond SQLite's numbers is not stored either.
+        given = [None if value is None else max(-_LARGEST, min(value, _LARGEST)) for value in parameters]
         with explained(self.folder):
-            return self._database.execute(query, parameters).fetchall()
+            return self._database.execute(query, given).fetchall()
 
-    def _cells(self) -> str:
-        return ", ".join(["individual", "repeat", *cells(len(self.objectives), self.robots)])
+    def _genes(self, id: int, digest: bytes, content: bytes) -> FloatArray:
+        if hashlib.sha256(content).digest() != digest:
+            raise damaged(self.folder, f"genome {id}")
+        genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
+        return genes
+
+    @property
+    def _episode_columns(self) -> list[str]:
+        return episode_columns(len(self.objectives), self.robots)
+
+    @property
+    def _in_flight_columns(self) -> list[str]:
+        return in_flight_columns(len(self.objectives), self.robots)
 
     def _results(self, rows: Sequence[tuple[Any, ...]], seconds: float, faults: tuple[str, ...] = ()) -> Results:
-        """Return rows of ``_cells`` as results."""
+        """Return rows that begin with individual and repeat as results."""
         places = np.array([row[:2] for row in rows], dtype=np.intp).reshape(-1, 2)
         return Results(
             individual=places[:, 0],
@@ -307,33 +381,18 @@ class StoreReader:
     def _homing_columns(self) -> list[str]:
         return [f"homing_time_{j}" for j in range(self.robots)]
 
-    def _run(self) -> tuple[int, int, str, str | None]:
-        rows = self._rows("SELECT seed, robots, config_sha256, next_config_sha256 FROM run")
-        if len(rows) != 1 or not isinstance(rows[0][1], int) or not 1 <= rows[0][1] <= _MOST_ROBOTS:
+    def _run(self) -> tuple[int, int, str, str | None, tuple[Objective, ...]]:
+        """Return what is known of the whole run: seed, robots, digests of the configuration, objectives."""
+        runs, objectives = self._rows(RUN), self._rows(OBJECTIVES)
+        if len(runs) != 1:
             raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
-        return rows[0]
-
-    def _objectives(self) -> tuple[Objective, ...]:
-        rows = self._rows("SELECT name, direction, low, high FROM objective ORDER BY number")
-        return tuple(Objective(name, direction, (low, high)) for name, direction, low, high in rows)
-
-
-def _genes(content: bytes) -> FloatArray:
-    genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
-    return genes
-
-
-def sha256_of_genes(genome: FloatArray) -> bytes:
-    """Return what tells one genome from another."""
-    return hashlib.sha256(genome.astype("<f8").tobytes()).digest()
+        *run, digest = runs[0]
+        if digest != checksums.of_run(run, objectives) or not 1 <= run[1] <= _MOST_ROBOTS:
+            raise damaged(self.folder, "what is known of the whole run")
+        return *run, tuple(Objective(name, direction, (low, high)) for name, direction, low, high in objectives)
 
 
 def _mean(total: FloatArray, count: NDArray[np.int64]) -> FloatArray:
     """Return ``total / count``, NaN where nothing was counted."""
     mean: FloatArray = np.divide(total, count, out=np.full(len(total), math.nan), where=count > 0)
     return mean
-
-
-def sha256(content: bytes) -> str:
-    """Return the SHA-256 in hexadecimal digits."""
-    return hashlib.sha256(content).hexdigest()

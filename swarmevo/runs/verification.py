@@ -13,7 +13,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.errors import StoreError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.results import COLUMNS, Results
 from swarmevo.plugins.team import never
@@ -65,13 +64,13 @@ class Report:
     differences: tuple[Difference, ...]
     explanations: tuple[str, ...]
     """For each session of the differences, one line for each thing that has changed since; or that nothing has."""
-    damaged_genomes: tuple[int, ...]
-    """Ids of genomes that are not what was stored."""
+    damage: tuple[str, ...]
+    """What is not as it was stored, one line each; nothing was simulated then."""
 
     @property
     def is_sound(self) -> bool:
         """Whether everything came out as it is stored."""
-        return not self.differences and not self.damaged_genomes
+        return not self.differences and not self.damage
 
 
 def verify(
@@ -81,7 +80,7 @@ def verify(
     observe: Callable[[int, int], None] = lambda done, total: None,
     stop: Callable[[], bool] = never,
 ) -> Report:
-    """Simulate stored evaluations anew.
+    """Hold all that is stored against its checksums; if it is intact, simulate stored evaluations anew.
 
     Args:
         store: Of the run.
@@ -93,10 +92,10 @@ def verify(
     Raises:
         EvaluationError, PluginError, SimulatorError: The run's configuration cannot be run here.
         Interrupted: ``stop`` said so.
-        StoreError: The run cannot be read, its configuration was changed, or its plugins now measure something else.
+        StoreError: The run cannot be read, or its plugins now measure something else.
     """
-    if not store.config_is_intact:
-        raise StoreError(f"{store.config_path}: was changed since the run began; undo that, then verify again")
+    if damage := tuple(store.damage()):
+        return Report(0, 0, 0, (), (), damage)
     config = store.config
     places = _places(store)
     chosen = places if sample is None else _drawn(places, sample)
@@ -119,7 +118,7 @@ def verify(
         episodes=episodes,
         differences=tuple(differences),
         explanations=tuple(_explanations(store, differences, now)),
-        damaged_genomes=tuple(store.damaged_genomes()),
+        damage=(),
     )
 
 

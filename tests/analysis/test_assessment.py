@@ -165,6 +165,14 @@ def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
         table_ii.load(tmp_path)
 
 
+def test_a_number_that_was_changed_is_found(run: Path, tmp_path: Path) -> None:
+    """Case 54."""
+    file = table_ii.save(assess(run), tmp_path)
+    file.write_text(file.read_text().replace('"repeats": 2', '"repeats": 3'))
+    with pytest.raises(StoreError, match="is damaged; make it again with swarmevo test"):
+        table_ii.load(tmp_path)
+
+
 def test_another_format_is_refused(run: Path, tmp_path: Path) -> None:
     file = table_ii.save(assess(run), tmp_path)
     file.write_text(file.read_text().replace('"format": 1', '"format": 2'))

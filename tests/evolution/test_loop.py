@@ -196,7 +196,7 @@ def test_a_run_that_was_killed_goes_on_as_if_it_had_not_been(
             stop = StopAt(15)
             run(folder, stop=lambda: stop() and die())
         else:
-            monkeypatch.setattr(Store, "_insert_individuals", die)
+            monkeypatch.setattr(Store, "_insert_genomes", die)
             run(folder)
 
     for _ in range(2):

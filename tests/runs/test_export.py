@@ -9,16 +9,15 @@ import json
 import math
 import re
 import shutil
-import sqlite3
 import subprocess
 from collections.abc import Callable
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import seals
 import toy_plugins
 from conftest import installer
 from swarmevo import cli, simulation
@@ -28,7 +27,6 @@ from swarmevo.errors import ExportError, StoreError
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import FeedForward, FloatArray
 from swarmevo.runs import export
-from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
 from swarmevo.simulation._ffi import load
@@ -252,9 +250,7 @@ def test_a_network_without_hidden_units_is_c_too(folder: Path, tmp_path: Path) -
     with Store.open(folder) as store:
         genes = store.genome(1)
     genes[-2:] = 0.0  # both switches off
-    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
-        database.execute("UPDATE genome SET genes = ? WHERE id = 1", (genes.tobytes(),))
-        database.commit()
+    seals.change(folder, "UPDATE genome SET genes = ? WHERE id = 1", genes.tobytes())
     with Store.open(folder) as store:
         (network,) = export.networks(Team(store.config), genes)
         source = export.source(store, 1, "epuck") + EPUCK_MAIN

@@ -117,6 +117,11 @@ def show_verification(report: Report, as_json: bool) -> None:
         print(json.dumps({"sound": report.is_sound, **dataclasses.asdict(report)}, indent=2))
         return
     out = output.stdout()
+    if report.damage:
+        for what in report.damage:
+            out.print(f"damaged: {what} is not as it was stored")
+        out.print("nothing was simulated anew; restore the run from a copy first")
+        return
     out.print(f"{report.checked} of {report.evaluations} evaluations simulated anew, {report.episodes} episodes")
     for found in report.differences[:_SHOWN_DIFFERENCES]:
         out.print(
@@ -125,8 +130,6 @@ def show_verification(report: Report, as_json: bool) -> None:
         )
     if (more := len(report.differences) - _SHOWN_DIFFERENCES) > 0:
         out.print(f"and {more} more episodes differ; --json lists them")
-    for genome in report.damaged_genomes:
-        out.print(f"damaged: genome {genome} is not what was stored")
     for line in report.explanations:
         out.print(f"  {line}")
     out.print("the same, bit by bit" if report.is_sound else f"{len(report.differences)} episodes differ")

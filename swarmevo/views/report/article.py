@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from markupsafe import Markup
 from swarmevo.analysis import assessment
 from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.runs.reader import CONFIG_FILE
-from swarmevo.runs.store import PROVENANCE_FILE, Store
+from swarmevo.runs.store import Store
 from swarmevo.views import figures, html, text
 from swarmevo.views.report import tables
 from swarmevo.views.report.run import Run
@@ -144,8 +143,7 @@ def _behaviour(store: Store) -> Iterator[Figure]:
 
 def _origin(store: Store, run: Run) -> list[tuple[str, str]]:
     cost = run.summary.cost
-    stored: dict[str, Any] = json.loads((store.folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
-    facts = {text.words(key): str(value) for key, value in _flat(stored) if value not in (None, "", [])}
+    facts = {text.words(key): str(value) for key, value in _flat(store.session(1)) if value not in (None, "", [])}
     spent = f"{text.duration(cost.simulated_seconds)} simulated in {text.duration(cost.seconds)}"
     facts |= {"cost": f"{text.count(cost.episodes, 'episode')}, {spent}", "physics": text.physics(cost)}
     return list(facts.items())
