@@ -28,6 +28,7 @@ import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 from types import FrameType
 from typing import Final
@@ -197,9 +198,13 @@ def _tests(run: Path) -> Said:
 
 
 def resumed(run: Path) -> Said:
-    """Bring a run to its end; return what is stored then, or how that failed."""
+    """Bring a run to its end; return what is stored then but for sessions, or how that failed."""
     said = ask(run, RESUME)
-    return said if said.code else ask(run, READING["export --csv"])
+    if said.code:
+        return said
+    stored = ask(run, READING["export --csv"])
+    cells = [line.split(",") for line in stored.out.splitlines()]
+    return replace(stored, out="\n".join(",".join([*row[:-2], row[-1]]) for row in cells))
 
 
 # ---- flips -----------------------------------------------------------------------------------------------------------
@@ -252,7 +257,7 @@ class Trial:
             if said.is_refusal and expected.out.startswith(said.out):
                 refusals.append(f"{name}: {said.error.strip()}")
             elif (said.code, said.out) != (expected.code, expected.out):
-                return "silent", f"{name}: code {said.code}, {said.error or said.out}"
+                return "silent", f"{name}: code {said.code}, {_difference(said, expected)}"
         if refusals:
             return "refused", refusals[0]
         return self._verified()
@@ -263,6 +268,14 @@ class Trial:
             return "harmless", ""
         damaged = [line for line in said.out.splitlines() if line.startswith("damaged: ")]
         return ("found", damaged[0]) if damaged or said.is_refusal else ("silent", f"verify: {said.error or said.out}")
+
+
+def _difference(said: Said, expected: Said) -> str:
+    """Return the last line of an error, or the first line that is another one."""
+    if said.error:
+        return said.error.splitlines()[-1]
+    pairs = zip_longest(said.out.splitlines(), expected.out.splitlines())
+    return next((f"{line!r} instead of {sound!r}" for line, sound in pairs if line != sound), "")
 
 
 def tally(trial: Trial, sound: Path, flips: int, rng: random.Random, reports: int = 0) -> Counter[tuple[str, str]]:
@@ -289,13 +302,14 @@ def main() -> None:
     """Flip bits and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("flips", type=int, nargs="?", default=1000, help="of each run")
+    parser.add_argument("--runs", nargs="+", default=["finished", "killed"], choices=["finished", "killed"])
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
     rng = random.Random(given.seed)
     is_silent = False
     with tempfile.TemporaryDirectory() as place:
-        for name, make in (("finished", finished_run), ("killed", killed_run)):
-            sound = make(Path(place, name, "run"))
+        for name in given.runs:
+            sound = {"finished": finished_run, "killed": killed_run}[name](Path(place, name, "run"))
             found = tally(Trial(sound, name == "finished"), sound, given.flips, rng, given.flips // 50)
             print(f"\n{name} run, {given.flips} flips")
             for (file, verdict), count in sorted(found.items()):
