@@ -10,7 +10,7 @@ from pathlib import Path
 
 from swarmevo.runs import checksums, integrity
 from swarmevo.runs.database import DATABASE_FILE, OBJECTIVES, RUN, seal_run
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.schema import episode_columns, in_flight_columns
 
 

@@ -26,7 +26,7 @@ from swarmevo.errors import ConfigError, StoreError
 from swarmevo.evolution.state import decode_state
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 
 PAPER = (Path(__file__).parents[1] / "configs" / "paper.yaml").read_bytes()

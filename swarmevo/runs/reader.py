@@ -3,145 +3,30 @@
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import hashlib
 import json
 import math
-import sqlite3
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
-from typing import Any, Concatenate, Final, ParamSpec, TypeVar
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo.config import Config, load
 from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.evolution.state import decode_state
-from swarmevo.protocols import FloatArray, Objective
-from swarmevo.runs import checksums, integrity
-from swarmevo.runs.database import ADVICE, DATABASE_FILE, OBJECTIVES, RUN, damaged, explained
+from swarmevo.protocols import FloatArray
+from swarmevo.runs import checksums
+from swarmevo.runs.database import damaged
+from swarmevo.runs.folder import RunFolder, readable
 from swarmevo.runs.records import Individuals, Summary, Totals
-from swarmevo.runs.schema import episode_columns, from_rows, in_flight_columns
-
-CONFIG_FILE: Final = "config.yaml"
-PROVENANCE_FILE: Final = "provenance.json"
-
-_MOST_ROBOTS: Final = 64  # as in swarmevo.h; more are not in a sound file
-_LARGEST: Final = 2**63 - 1  # that SQLite has
-
-_Returned = TypeVar("_Returned")
-_Given = ParamSpec("_Given")
+from swarmevo.runs.schema import from_rows
 
 
-def _readable(
-    method: Callable[Concatenate[StoreReader, _Given], _Returned],
-) -> Callable[Concatenate[StoreReader, _Given], _Returned]:
-    """Make a method of a store say so when what it reads makes no sense, or is not what was stored."""
+class StoreReader(RunFolder):
+    """What can be asked of a run folder; every method raises StoreError if it cannot be read, or was changed."""
 
-    @functools.wraps(method)
-    def read(store: StoreReader, /, *arguments: _Given.args, **named: _Given.kwargs) -> _Returned:
-        store.check()
-        with _sensible(store.folder):
-            return method(store, *arguments, **named)
-
-    return read
-
-
-@contextlib.contextmanager
-def _sensible(folder: Path) -> Iterator[None]:
-    """Turn the errors of what makes no sense into a StoreError of one line."""
-    try:
-        yield
-    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
-        raise StoreError(f"{folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
-
-
-class StoreReader:
-    """What can be asked of a run folder; every method raises StoreError if the database cannot be read.
-
-    What was changed since it was stored is never returned: the first question goes through all generations.
-    """
-
-    def __init__(self, folder: Path, database: sqlite3.Connection) -> None:
-        self.folder: Final = folder
-        self._database: Final = database
-        self._is_checked = False
-        with explained(folder):
-            self.seed, self.robots, self._config_sha256, self._next_config_sha256, self.objectives = self._run()
-            self._check_config()
-
-    @property
-    def config_path(self) -> Path:
-        """The resolved configuration."""
-        return self.folder / CONFIG_FILE
-
-    @functools.cached_property
-    def config(self) -> Config:
-        """The resolved configuration.
-
-        Raises:
-            ConfigError: It was damaged.
-        """
-        return load(self.config_path)
-
-    def _check_config(self) -> None:
-        """Refuse a configuration that is not the one that the run was made with."""
-        for _ in range(2):  # a writer may just be replacing it
-            digest = checksums.sha256(self.config_path.read_bytes())
-            if digest in (self._config_sha256, self._next_config_sha256):
-                return
-            *_, self._config_sha256, self._next_config_sha256, _ = self._run()
-        raise StoreError(
-            f"{self.config_path}: was changed since the run began; undo that, or restore it from a copy. "
-            "Another world is tried with --set"
-        )
-
-    def check(self) -> None:
-        """Hold what is stored against its checksums, but for genes, which are when they are read; once.
-
-        Raises:
-            StoreError: Something is not as it was stored.
-        """
-        if not self._is_checked:
-            with self._snapshot(), _sensible(self.folder):
-                what = next(integrity.damaged_rows(self._database, self._episode_columns), "")
-            if what:
-                raise damaged(self.folder, what)
-            self._is_checked = True
-
-    def damage(self) -> list[str]:
-        """Return all that is not as it was stored, in words."""
-        with self._snapshot(), _sensible(self.folder):
-            verdicts = [text for (text,) in self._database.execute("PRAGMA integrity_check(1)")]
-            if verdicts != ["ok"]:
-                return [f"the structure of {DATABASE_FILE}"]
-            rows = list(integrity.damaged_rows(self._database, self._episode_columns))
-            return [*rows, *integrity.damaged_genomes(self._database), *self._damaged_provenance()]
-
-    def _damaged_provenance(self) -> Iterator[str]:
-        ((text,),) = self._database.execute("SELECT provenance FROM session WHERE id = 1")
-        try:
-            same = json.loads((self.folder / PROVENANCE_FILE).read_bytes()) == json.loads(text)
-        except (OSError, ValueError):
-            same = False
-        if not same:
-            yield PROVENANCE_FILE
-
-    @contextlib.contextmanager
-    def _snapshot(self) -> Iterator[None]:
-        """Read as if nobody wrote meanwhile."""
-        with explained(self.folder):
-            self._database.execute("BEGIN")
-            try:
-                yield
-            finally:
-                if self._database.in_transaction:
-                    self._database.execute("ROLLBACK")
-
-    @_readable
+    @readable
     def session(self, id: int) -> dict[str, Any]:
         """Return with what episodes were run: the provenance of a session.
 
@@ -157,7 +42,7 @@ class StoreReader:
             raise StoreError(f"{self.folder}: the provenance of session {id} is damaged")
         return found
 
-    @_readable
+    @readable
     def sessions(self, trial: int, number: int) -> NDArray[np.int64]:
         """Return ``(n, r)``: the session that ran each episode of a generation."""
         rows = self._rows(
@@ -170,7 +55,7 @@ class StoreReader:
         individuals = len({individual for _, individual in rows})
         return np.array([session for session, _ in rows], dtype=np.int64).reshape(individuals, -1)
 
-    @_readable
+    @readable
     def genome_ids(self, trial: int, number: int) -> NDArray[np.int64]:
         """Return ``(n,)``: the id of each individual's genome in a generation."""
         rows = self._rows(
@@ -178,7 +63,7 @@ class StoreReader:
         )
         return np.array([id for (id,) in rows], dtype=np.int64)
 
-    @_readable
+    @readable
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
         """Return the kept episodes of a generation that is not complete.
 
@@ -201,12 +86,12 @@ class StoreReader:
         )
         return [row[1:] for row in rows if row[0] == checksums.of_rows([(trial, number, *row[1:])])]
 
-    @_readable
+    @readable
     def trials(self) -> list[int]:
         """Return the trials that have at least one generation, in order."""
         return [trial for (trial,) in self._rows("SELECT DISTINCT trial FROM generation ORDER BY trial")]
 
-    @_readable
+    @readable
     def generations(self, trial: int) -> int:
         """Return how many generations of a trial are stored: 0 to this less one."""
         return int(self._rows("SELECT COUNT(*) FROM generation WHERE trial = ?", trial)[0][0])
@@ -215,7 +100,7 @@ class StoreReader:
         """Return how many episodes are stored, of all trials."""
         return self.totals().episodes
 
-    @_readable
+    @readable
     def state(self, trial: int) -> dict[str, Any] | None:
         """Return the optimiser's state after a trial's last stored generation; None: it has none."""
         rows = self._rows("SELECT state FROM optimiser WHERE trial = ?", trial)
@@ -224,7 +109,7 @@ class StoreReader:
         except ValueError as error:
             raise StoreError(f"{self.folder}: the optimiser's state of trial {trial} is damaged: {error}") from error
 
-    @_readable
+    @readable
     def generation(self, trial: int, number: int) -> Generation:
         """Return a generation as it was appended.
 
@@ -256,7 +141,7 @@ class StoreReader:
         for number in range(self.generations(trial)):
             yield self._summary(trial, number)
 
-    @_readable
+    @readable
     def _summary(self, trial: int, number: int) -> Summary:
         means = ", ".join(f"AVG({column})" for column in self._objective_columns())
         rows = self._rows(
@@ -281,7 +166,7 @@ class StoreReader:
             seconds=seconds[0][0],
         )
 
-    @_readable
+    @readable
     def individuals(self, trial: int | None = None) -> Individuals:
         """Return every genome of a trial, or of all trials, with its means over all its episodes.
 
@@ -316,12 +201,12 @@ class StoreReader:
             push_time=_mean(reals[:, 1], pushes),
         )
 
-    @_readable
+    @readable
     def all_genomes(self) -> list[int]:
         """Return the ids of all genomes, in order."""
         return [id for (id,) in self._rows("SELECT id FROM genome ORDER BY id")]
 
-    @_readable
+    @readable
     def genome(self, id: int) -> FloatArray:
         """Return the genome ``(size,)`` with an id.
 
@@ -333,7 +218,7 @@ class StoreReader:
             raise StoreError(f"{self.folder}: there is no genome {id}")
         return self._genes(*rows[0])
 
-    @_readable
+    @readable
     def totals(self, trial: int | None = None) -> Totals:
         """Return what a trial, or the run, has cost so far."""
         where = "WHERE ?1 IS NULL OR trial = ?1"
@@ -344,25 +229,11 @@ class StoreReader:
         )[0]
         return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds, faults)
 
-    def _rows(self, query: str, *parameters: int | None) -> list[tuple[Any, ...]]:
-        # What is beyond SQLite's numbers is not stored either.
-        given = [None if value is None else max(-_LARGEST, min(value, _LARGEST)) for value in parameters]
-        with explained(self.folder):
-            return self._database.execute(query, given).fetchall()
-
     def _genes(self, id: int, digest: bytes, content: bytes) -> FloatArray:
         if hashlib.sha256(content).digest() != digest:
             raise damaged(self.folder, f"genome {id}")
         genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
         return genes
-
-    @property
-    def _episode_columns(self) -> list[str]:
-        return episode_columns(len(self.objectives), self.robots)
-
-    @property
-    def _in_flight_columns(self) -> list[str]:
-        return in_flight_columns(len(self.objectives), self.robots)
 
     def _results(self, rows: Sequence[tuple[Any, ...]], seconds: float, faults: tuple[str, ...] = ()) -> Results:
         """Return rows that begin with individual and repeat as results."""
@@ -380,16 +251,6 @@ class StoreReader:
 
     def _homing_columns(self) -> list[str]:
         return [f"homing_time_{j}" for j in range(self.robots)]
-
-    def _run(self) -> tuple[int, int, str, str | None, tuple[Objective, ...]]:
-        """Return what is known of the whole run: seed, robots, digests of the configuration, objectives."""
-        runs, objectives = self._rows(RUN), self._rows(OBJECTIVES)
-        if len(runs) != 1:
-            raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
-        *run, digest = runs[0]
-        if digest != checksums.of_run(run, objectives) or not 1 <= run[1] <= _MOST_ROBOTS:
-            raise damaged(self.folder, "what is known of the whole run")
-        return *run, tuple(Objective(name, direction, (low, high)) for name, direction, low, high in objectives)
 
 
 def _mean(total: FloatArray, count: NDArray[np.int64]) -> FloatArray:

@@ -39,8 +39,9 @@ from swarmevo.runs.database import (
     seal_run,
 )
 from swarmevo.runs.files import WatchedFile, write_atomically
+from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
 from swarmevo.runs.lock import WriterLock
-from swarmevo.runs.reader import CONFIG_FILE, PROVENANCE_FILE, StoreReader
+from swarmevo.runs.reader import StoreReader
 from swarmevo.runs.schema import to_rows
 
 LOCK_FILE: Final = "run.lock"

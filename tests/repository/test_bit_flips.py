@@ -16,7 +16,7 @@ sys.path.append(str(Path(__file__).parents[2]))
 from benchmarks import bit_flips
 from benchmarks.bit_flips import Flip, Trial
 from swarmevo.runs.database import DATABASE_FILE
-from swarmevo.runs.reader import CONFIG_FILE, PROVENANCE_FILE
+from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,7 @@ from swarmevo.plugins.team import never
 from swarmevo.runs import driver, provenance, store
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve, extend
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 
 BUDGET = {"generations": 6, "population": 6, "trials": 2, "repeats": 2, "seed": 7}

@@ -24,7 +24,7 @@ from swarmevo.evolution.results import Generation
 from swarmevo.evolution.state import decode_state, encode_state
 from swarmevo.protocols import Objective
 from swarmevo.runs.database import DATABASE_FILE
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.schema import SCHEMA_VERSION
 from swarmevo.runs.store import LOCK_FILE, PROVENANCE_FILE, Store
 

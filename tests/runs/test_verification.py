@@ -17,7 +17,7 @@ from swarmevo import cli
 from swarmevo.errors import Interrupted, StoreError
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve
-from swarmevo.runs.reader import CONFIG_FILE, PROVENANCE_FILE
+from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
 from swarmevo.runs.store import Store
 from swarmevo.runs.verification import Difference, Report, verify
 

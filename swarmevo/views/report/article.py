@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from swarmevo.analysis import assessment
 from swarmevo.analysis.fronts import FrontPoint
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html, text
 from swarmevo.views.report import tables
