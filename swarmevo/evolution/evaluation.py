@@ -113,6 +113,7 @@ class Evaluator:
         self._setup = Setup(config)
         self._episode_seconds = math.inf  # of one worker, measured
         self._backend = backend(config.model_dump_json(), workers or len(os.sched_getaffinity(0)))
+        self._process = os.getpid()
 
     def __enter__(self) -> Self:
         return self
@@ -123,8 +124,9 @@ class Evaluator:
         self.close()
 
     def close(self) -> None:
-        """Free the workers."""
-        self._backend.close()
+        """Free the workers; in a fork of the process that made them they are not."""
+        if os.getpid() == self._process:
+            self._backend.close()
 
     @property
     def objectives(self) -> list[Objective]:
@@ -177,9 +179,15 @@ class Evaluator:
                 in which an episode failed, which should have another try.
 
         Raises:
-            EvaluationError: A plugin or an episode failed, or ``genomes`` has another shape.
+            EvaluationError: A plugin or an episode failed, ``genomes`` has another shape, or this is a fork of the
+                process that made the evaluator.
             Interrupted: ``stop`` said so.
         """
+        if os.getpid() != self._process:
+            raise EvaluationError(
+                f"evaluator: expected process {self._process}, which made it, got {os.getpid()}, a fork of it without "
+                "its workers; make one in each process"
+            )
         self._setup.team.check(genomes)
         started = time.perf_counter()
         jobs = self._jobs(genomes, trial, generation, known)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import threading
 from collections.abc import Callable, Generator, Sequence
 from functools import reduce
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import toy_plugins
+from forks import in_a_fork
 from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
@@ -455,3 +457,38 @@ def test_genomes_of_another_shape_are_refused() -> None:
     config = toy_plugins.config()
     with pytest.raises(EvaluationError, match=r"genomes: expected the shape \(n, 36\), got \(2, 35\); install"):
         evaluate(config, np.zeros((2, 35)))
+
+
+# ---- forks -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_fork_cannot_use_an_evaluator() -> None:
+    """Case 74: its threads are not there; one line instead of waiting for ever."""
+    config = toy_plugins.config()
+    genomes = genomes_for(config, 2)
+    with Evaluator(config, 2) as evaluator:
+        evaluator.evaluate(genomes, 0, 0)
+
+        def use() -> None:
+            with evaluator:  # which frees nothing of the parent's
+                evaluator.evaluate(genomes, 0, 0)
+
+        said = in_a_fork(use)
+        assert said.startswith(f"EvaluationError: evaluator: expected process {os.getpid()}, which made it, got ")
+        assert said.endswith("a fork of it without its workers; make one in each process")
+        assert (evaluator.evaluate(genomes, 0, 0).costs == evaluate_anew(config, genomes)).all()
+
+
+def evaluate_anew(config: Config, genomes: FloatArray) -> FloatArray:
+    with Evaluator(config, 2) as evaluator:
+        return evaluator.evaluate(genomes, 0, 0).costs
+
+
+def test_a_fork_makes_an_evaluator_of_its_own() -> None:
+    """Case 74: also where jobs run in processes, which stay those of the parent."""
+    config = toy_plugins.config(evolution={"episode_timeout": 60.0})
+    genomes = genomes_for(config, 2)
+    with Evaluator(config, 2) as evaluator:
+        costs = evaluator.evaluate(genomes, 0, 0).costs
+        assert in_a_fork(lambda: (evaluate_anew(config, genomes) == costs).all()) in ("True", "np.True_")
+        assert (evaluator.evaluate(genomes, 0, 0).costs == costs).all()

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 from __future__ import annotations
 
+import copy
 import ctypes
 import math
+import pickle
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from forks import in_a_fork
 from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import InvalidArgument
@@ -448,3 +451,22 @@ def test_observation_and_command_sizes_are_the_headers() -> None:
     _, lib = load()
     assert lib.SWE_OBSERVATIONS == OBSERVATIONS
     assert lib.SWE_COMMANDS == COMMANDS
+
+
+# ---- other processes -------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_pickles_by_its_config() -> None:
+    """Case 74: the same episodes there."""
+    scene = Scene(short(1.0))
+    for copied in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
+        assert copied.info == scene.info
+        hashes = [simulate(world, networks(2), keys(2)).hash.tolist() for world in (scene, copied)]
+        assert hashes[0] == hashes[1]
+
+
+def test_a_fork_simulates() -> None:
+    """Case 74: with threads of its own."""
+    scene = Scene(short(1.0))
+    here = simulate(scene, networks(4), keys(4), threads=3).hash.tolist()
+    assert in_a_fork(lambda: simulate(scene, networks(4), keys(4), threads=3).hash.tolist()) == repr(here)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from forks import in_a_fork
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, InvalidArgument, SimulatorError
 from swarmevo.protocols import CHANNELS, Compiled, FeedForward, FloatArray
@@ -434,3 +435,16 @@ def test_resets_leave_nothing_behind() -> None:
         for _ in range(2000):
             world.reset()
         assert resident() - before < 4 * 2**20
+
+
+def test_worlds_on_threads_are_of_one_process() -> None:
+    """Case 74: a fork, which has none of the threads, gets one line and can drop its copy."""
+
+    def use(world: Lockstep) -> None:
+        with world:
+            world.observe()
+
+    with Lockstep(SCENE, worlds=4, threads=3) as world:
+        said = in_a_fork(lambda: use(world))
+        assert said.startswith("InvalidArgument: batch: expected the process that made it, got a fork of it")
+        world.observe()
