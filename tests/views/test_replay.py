@@ -5,10 +5,14 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import http.client
 import shutil
+import socket
 import threading
+import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -404,16 +408,25 @@ def test_teams_of_other_sizes_stand_side_by_side(browser: Browser, run: Path, ch
 # ---- served ----------------------------------------------------------------------------------------------------------
 
 
+@contextmanager
+def serving(page: str, episode: Callable[[int], replay_server.Events] | None = None) -> Iterator[int]:
+    """Serve a page and give the port."""
+    with replay_server.server(page, 0, episode) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+        thread.start()
+        try:
+            yield server.server_port
+        finally:
+            server.shutdown()
+            thread.join()
+
+
 @pytest.fixture
 def live(run: Path) -> Iterator[str]:
     """Return the address of a server of live episodes."""
     page = replay_page.render([], "live", live=True)
-    with replay_server.server(page, 0, replay_server.live_episodes(run, None)) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_port}"
-        server.shutdown()
-        thread.join()
+    with serving(page, replay_server.live_episodes(run, None)) as port:
+        yield f"http://127.0.0.1:{port}"
 
 
 def test_the_server_is_of_this_machine_alone(live: str) -> None:
@@ -426,6 +439,63 @@ def test_the_server_is_of_this_machine_alone(live: str) -> None:
     assert f"ssh -L {port}:127.0.0.1:{port} " in replay_server.hint(port)
     with pytest.raises(ReplayError, match=f"port {port}: Address already in use; choose another one with --port"):
         replay_server.server("", port)
+
+
+def ask(address: str, path: str, **headers: str) -> int:
+    connection = http.client.HTTPConnection(address.removeprefix("http://"), timeout=30)
+    connection.request("GET", path, headers=headers)
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+@pytest.mark.parametrize("path", ["/", "/episode"])
+def test_another_sites_page_gets_nothing(live: str, path: str) -> None:
+    """Case 34: neither by a name that it had pointed at this machine, nor by a request of its own."""
+    host = live.removeprefix("http://")
+    port = host.partition(":")[2]
+    foreign = [
+        {"Host": f"evil.example:{port}"},
+        {"Host": "127.0.0.1.evil.example"},
+        {"Host": ""},
+        {"Host": "["},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://localhost:1"},
+    ]
+    assert [ask(live, path, **headers) for headers in foreign] == [403] * len(foreign)
+    ours = [{}, {"Host": f"localhost:{port}"}, {"Host": "localhost:9000"}, {"Host": "[::1]:80"}, {"Origin": live}]
+    assert [ask(live, path, **headers) for headers in ours] == [200] * len(ours)
+
+
+def test_idle_clients_are_few_and_are_sent_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 34: 150 connections that ask for nothing."""
+    monkeypatch.setattr(replay_server, "IDLE_SECONDS", 3.0)
+    with serving("page") as port, ExitStack() as clients:
+        before = threading.active_count()
+        idle = [clients.enter_context(socket.create_connection(("127.0.0.1", port), timeout=30)) for _ in range(150)]
+        threads = [threading.active_count() for _ in range(50) if time.sleep(0.01) is None]
+        assert before < max(threads) <= before + replay_server.MOST_CLIENTS
+        answers = [client.recv(100) for client in idle]  # whichever way, the server ends each
+        assert set(answers) == {b"HTTP/1.0 503 Too many connections\r\n\r\n", b""}
+        while threading.active_count() > before:
+            time.sleep(0.01)
+        assert ask(f"http://127.0.0.1:{port}", "/") == 200
+
+
+def test_a_page_is_served_however_slowly_it_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 34: the time limit is of a connection that takes nothing, not of a whole page."""
+    monkeypatch.setattr(replay_server, "IDLE_SECONDS", 0.5)
+    page = "x" * 20_000_000
+    with serving(page) as port, socket.socket() as client:
+        client.settimeout(30)
+        client.connect(("127.0.0.1", port))
+        client.sendall(b"GET / HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n")
+        taken = 0
+        while part := client.recv(1_000_000):
+            taken += len(part)
+            time.sleep(0.02)
+        assert taken > len(page)
 
 
 def test_the_live_page_plays_what_is_simulated(browser: Browser, live: str) -> None:
@@ -514,7 +584,7 @@ def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) ->
         ([":999"], 1, "there is no individual 999"),
         (["", "--robots", "5-1"], 2, "--robots: expected a team size from 1 to 64"),
         (["", "--robots", "1-9"], 2, "or up to 8 sizes as in 1-5, got '1-9'"),
-        (["", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
+        (["", "--video", "x.webp", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
         (["", "--html", "/nowhere/page.html"], 1, "/nowhere/page.html: No such file or directory"),
         (["x"], 1, "expected a run folder"),
     ],
