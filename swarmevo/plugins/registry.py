@@ -7,22 +7,23 @@ it is chosen.
 
 from __future__ import annotations
 
-import inspect
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
-from inspect import Parameter
 from typing import Any
 
 import numpy as np
 
 from swarmevo.config import Config, Team, did_you_mean
+from swarmevo.config.yaml import plain
 from swarmevo.errors import PluginError
+from swarmevo.plugins.options import Factory, Option, of_name, settled
+from swarmevo.plugins.options import options as options_of
 from swarmevo.protocols import (
     Block,
     Controller,
@@ -41,13 +42,6 @@ GROUPS = {
 }
 """Entry-point group of each kind of plugin."""
 
-HOST_PARAMETERS = {
-    "controller": (),
-    "fitness": (),
-    "optimiser": ("space", "population", "objectives", "rng"),
-}
-"""What the host passes to each kind's factory, in this order; all other parameters are options."""
-
 _PROTOCOLS: dict[str, tuple[type, ...]] = {
     "controller": (NativeController, PythonController),
     "fitness": (Fitness,),
@@ -55,8 +49,6 @@ _PROTOCOLS: dict[str, tuple[type, ...]] = {
 }
 
 _ANY_SPACE = GenomeSpace((Block("genome", (8,)),))
-
-Factory = Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -191,10 +183,24 @@ def create(kind: str, name: str, options: Mapping[str, Any], *args: Any) -> Any:
     """
     entry = find(kind, name)
     factory = load(entry)
-    wrong = _option_errors(entry, factory, options)
-    if wrong:
+    known = options_of(kind, factory)
+    if known is None:
+        return _make(entry, factory, options, *args)
+    if wrong := _option_errors(entry, known, options):
         raise PluginError(*wrong)
-    return _make(entry, factory, options, *args)
+    taken = {name: option.taken(value) for name, value in options.items() if (option := of_name(known, name))}
+    return _make(entry, factory, taken, *args)
+
+
+def settled_options(kind: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a plugin's options as plain data, of options as they are written (:func:`swarmevo.config.load`).
+
+    Where its factory wants text, ``1e5`` and ``off`` are text; else they are what YAML says.
+    """
+    with suppress(PluginError):  # told by `option_errors`
+        return settled(kind, load(find(kind, name)), given)
+    plain_options: dict[str, Any] = plain(given)
+    return plain_options
 
 
 def option_errors(config: Config) -> list[str]:
@@ -258,9 +264,9 @@ def _report(entry: PluginEntry) -> Report:
     options: tuple[str, ...] = ()
     try:
         factory = load(entry)
-        parameters = _options(entry.kind, factory) or []
-        options = tuple(map(str, parameters))
-        if not any(map(_is_required, parameters)):
+        known = options_of(entry.kind, factory) or []
+        options = tuple(str(option.parameter) for option in known)
+        if not any(option.is_required for option in known):
             host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
             _make(entry, factory, {}, *host)
         find(entry.kind, entry.name)
@@ -269,51 +275,26 @@ def _report(entry: PluginEntry) -> Report:
         return Report(entry, options, str(error))
 
 
-# ---- options and signatures ------------------------------------------------------------------------------------------
+# ---- what is wrong ---------------------------------------------------------------------------------------------------
 
 
-def _option_errors(entry: PluginEntry, factory: Factory, options: Mapping[str, Any]) -> list[str]:
-    """Return what is wrong with the names of the options, one line each."""
-    parameters = _options(entry.kind, factory)
-    if parameters is None:
-        return []
-    known = [parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD]
-    takes_any = len(known) < len(parameters)
-    path, has = f"{entry.kind}.{entry.name}", f"; {entry.name} has {', '.join(known) or 'no options'}"
-    unknown = [
-        f"{path}.{name}: unknown option of {entry.origin}{did_you_mean(name, known) or has}"
-        for name in options
-        if name not in known and not takes_any
+def _option_errors(entry: PluginEntry, known: Sequence[Option], given: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with options, one line each."""
+    path, owner = f"{entry.kind}.{entry.name}", entry.origin
+    names = [option.name for option in known if not option.takes_any_name]
+    has = f"; {entry.name} has {', '.join(names) or 'no options'}"
+    errors = []
+    for name, value in given.items():
+        option = of_name(known, name)
+        if option is None:
+            errors.append(f"{path}.{name}: unknown option of {owner}{did_you_mean(name, names) or has}")
+        elif problem := option.problem(value):
+            errors.append(f"{path}.{name}: {problem} (annotated so in {owner})")
+    return errors + [
+        f"{path}.{option.name}: expected a value, got none; {owner} has no default for it"
+        for option in known
+        if option.is_required and option.name not in given
     ]
-    missing = [
-        f"{path}.{parameter.name}: expected a value, got none; {entry.origin} has no default for it"
-        for parameter in parameters
-        if _is_required(parameter) and parameter.name not in options
-    ]
-    return unknown + missing
-
-
-def _options(kind: str, factory: Factory) -> list[Parameter] | None:
-    """Return the parameters of a factory that are options; None: it has no signature that Python knows."""
-    try:
-        parameters = list(_signature(factory).parameters.values())
-    except (TypeError, ValueError):
-        return None
-    for _ in HOST_PARAMETERS[kind]:
-        if parameters and parameters[0].kind in (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD):
-            parameters.pop(0)
-    return [parameter for parameter in parameters if parameter.kind is not parameter.VAR_POSITIONAL]
-
-
-def _signature(factory: Factory) -> inspect.Signature:
-    try:
-        return inspect.signature(factory, eval_str=True)  # so that choices can be shown
-    except Exception:  # an annotation may name what exists for type checkers only
-        return inspect.signature(factory)
-
-
-def _is_required(parameter: Parameter) -> bool:
-    return parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
 
 
 def _lacking(plugin: object, protocol: type) -> str:

@@ -21,7 +21,7 @@ from swarmevo.plugins.checked import (
     TeamController,
     check_names,
 )
-from swarmevo.plugins.registry import individual_space, option_errors
+from swarmevo.plugins.registry import individual_space, option_errors, settled_options
 from swarmevo.protocols import Controller, FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
 from swarmevo.simulation import EpisodeKey, Episodes
 
@@ -40,7 +40,7 @@ def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Con
     def errors(found: Config) -> list[str]:
         return simulation.scene_errors(found) + option_errors(found)
 
-    return config.load(source, overrides, errors)
+    return config.load(source, overrides, errors, settled_options)
 
 
 def never() -> bool:

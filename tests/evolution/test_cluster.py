@@ -40,7 +40,7 @@ OTHER_VERSION = "from swarmevo import _version\n_version.__version__ = '0.0.9'\n
 
 
 def settings(*more: str) -> Config:
-    return configuration.load("quick", [*SETTINGS, *more])
+    return configuration.changed(configuration.load("quick", SETTINGS), more)
 
 
 class Cluster:
