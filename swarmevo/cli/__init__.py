@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from swarmevo.cli.common import main
+from swarmevo.cli.common import Verb, app, main
 
 __all__ = ["VERBS", "main"]
 
@@ -19,3 +19,6 @@ VERBS = ("evolve", "show", "verify", "export", "test", "report", "replay", "plug
 
 for _verb in VERBS:
     import_module(f"{__name__}.{_verb}")
+
+for _command in app.registered_commands:
+    _command.cls = Verb

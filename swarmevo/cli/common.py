@@ -15,9 +15,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
@@ -51,9 +52,9 @@ def _repeat_set(arguments: Sequence[str]) -> list[str]:
     spelled: list[str] = []
     setting = False
     for argument in arguments:
-        follows = setting and bool(re.match(r"\w+(\.\w+)+=", argument))
+        follows = setting and bool(re.match(r"\w[\w-]*(\.[\w-]+)*=", argument))
         spelled += ["--set", argument] if follows and spelled[-1] != "--set" else [argument]
-        setting = argument == "--set" or follows
+        setting = argument == "--set" or argument.startswith("--set=") or follows
     return spelled
 
 
@@ -70,6 +71,18 @@ def _options_of_all(
     ] = False,
 ) -> None:
     pass
+
+
+class Verb(TyperCommand):
+    """A command each of whose options is given once, but for ``--set`` and what only switches something on."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        _, _, given = self.make_parser(ctx).parse_args(list(args))
+        for option in given:
+            if given.count(option) > 1 and isinstance(option, TyperOption) and not (option.multiple or option.is_flag):
+                exit_with(USAGE, f"{option.opts[0]}: expected one value, got two; give it once")
+        return super().parse_args(ctx, args)
 
 
 # ---- errors ----------------------------------------------------------------------------------------------------------
@@ -100,6 +113,14 @@ OtherWorld = Annotated[
     typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Change the world of the run; value in YAML."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Everything, as JSON.")]
+
+
+def without_effect(context: typer.Context, reason: str, *parameters: str) -> None:
+    """Exit if one of these parameters of a command was given, for it would change nothing."""
+    for option in context.command.params:
+        source = context.get_parameter_source(option.name or "")
+        if option.name in parameters and source is not None and source.name == "COMMANDLINE":
+            exit_with(USAGE, f"{option.opts[0]}: has no effect {reason}; leave it out")
 
 
 def worker_count(text: str) -> int:

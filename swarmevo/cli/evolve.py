@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, worker_count
+from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, without_effect, worker_count
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
@@ -25,6 +25,7 @@ Scheduler = Annotated[
 
 @app.command()
 def evolve(
+    context: typer.Context,
     config: Annotated[
         str | None, typer.Argument(metavar="CONFIG", help="A YAML file, or quick (the default) or paper.")
     ] = None,
@@ -47,6 +48,8 @@ def evolve(
     from swarmevo.plugins.team import load_config
 
     count = worker_count(workers)
+    if scheduler:
+        without_effect(context, "with --scheduler", "workers", "dry_run")
     if out is not None and out.exists():
         exit_with(USAGE, f"--out {out}: exists already and is never overwritten; choose another name")
     given = {"optimiser": plugin and json.dumps(plugin), "evolution.seed": seed, "evolution.trials": trials}
@@ -66,6 +69,7 @@ def evolve(
 
 @app.command()
 def resume(
+    context: typer.Context,
     run: Run,
     workers: Workers = "auto",
     generations: Annotated[
@@ -75,6 +79,8 @@ def resume(
 ) -> None:
     """Go on with an interrupted or finished run; the result is that of a run never interrupted."""
     count = worker_count(workers)
+    if scheduler:
+        without_effect(context, "with --scheduler", "workers")
     if generations is not None:
         _extend(run, generations)
     _go_on(run, count, scheduler)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
 
-from swarmevo.cli.common import USAGE, Run, app, exit_with, writing
+from swarmevo.cli.common import USAGE, Run, app, exit_with, without_effect, writing
 
 if TYPE_CHECKING:
     from swarmevo.runs.store import Store
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def export(
+    context: typer.Context,
     run: Run,
     as_csv: Annotated[bool, typer.Option("--csv", help="Every episode, one line each.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Configuration, provenance, genomes and episodes.")] = False,
@@ -37,6 +38,10 @@ def export(
 
     if as_csv + as_json + (controller is not None) != 1:
         exit_with(USAGE, "export: expected one of --csv, --json and --controller ID")
+    if controller is None:
+        without_effect(context, "without --controller", "form", "robot")
+    if form == "json":
+        without_effect(context, "without --as epuck or webots", "robot")
     if form not in ("json", "epuck", "webots"):
         exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
     with Store.open(run) as store:

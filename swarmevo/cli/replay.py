@@ -12,13 +12,14 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, team_sizes, writing
+from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, team_sizes, without_effect, writing
 
 _SIDE_BY_SIDE = 8  # replays in a page
 
 
 @app.command()
 def replay(
+    context: typer.Context,
     run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its best.")],
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
     video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
@@ -45,6 +46,13 @@ def replay(
     from swarmevo.views.replay import episode as replay_episode
     from swarmevo.views.replay import page as replay_page
 
+    if live:
+        stored = ("generation", "repeat", "robots", "force")  # what a live episode is not
+        without_effect(context, "with --live", "html", "video", "serve", *stored)
+    if not (live or serve):
+        without_effect(context, "without --serve or --live", "port")
+    if not video:
+        without_effect(context, "without --video", "speed", "seconds")
     folder, genome = _run_and_individual(run)
     sizes = [] if robots is None else team_sizes(robots, _SIDE_BY_SIDE)
     span = _seconds(seconds)

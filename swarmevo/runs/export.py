@@ -198,9 +198,10 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
     found = networks(Team(config), store.genome(genome))
     if not found:
         raise ExportError(f"controller {next(iter(config.controller))}: expected a feed-forward network to write as C")
-    if not 0 <= robot < config.team.robots:
-        raise ExportError(f"robot: expected 0 to {config.team.robots - 1}, got {robot}")
-    network = found[min(robot, len(found) - 1)]
+    if not 0 <= robot < len(found):
+        most = f"0 to {len(found) - 1}" if len(found) > 1 else "0, for all robots have the same genome"
+        raise ExportError(f"robot: expected {most}, got {robot}")
+    network = found[robot]
     own = f", robot {robot}" if len(found) > 1 else ""
     title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
     return _template("network").substitute(_values(network, config, title)) + _template(target).template

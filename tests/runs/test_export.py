@@ -354,6 +354,14 @@ def test_each_robot_has_its_controller(tmp_path: Path) -> None:
     assert "robot 1 of the run" in sources[1]
 
 
+def test_all_robots_may_have_one_controller(tmp_path: Path) -> None:
+    """Case 33: then there is no other robot to choose."""
+    with Store.open(network_run(tmp_path / "run", {"hidden": 3})) as store:
+        export.source(store, 1, "epuck", 0)
+        with pytest.raises(ExportError, match="robot: expected 0, for all robots have the same genome, got 1"):
+            export.source(store, 1, "epuck", 1)
+
+
 def test_a_name_cannot_get_into_the_code(tmp_path: Path) -> None:
     folder = network_run(tmp_path / "x*\u2044 $hidden\n${title}#error", {"hidden": 2})
     with Store.open(folder) as store:
