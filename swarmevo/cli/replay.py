@@ -71,6 +71,8 @@ def replay(
         episodes, warning = replay_episode.episodes(store, chosen, sizes, force, settings or [])
     if warning:
         print(f"warning: {warning}", file=sys.stderr)
+    if (every := max(episode["thinned"] for episode in episodes)) > 1:
+        print(f"long episode: 1 control step of {every} is shown", file=sys.stderr)
     page = replay_page.render(episodes, f"{folder.name}, individual {chosen.genome}")
     if html or not (video or serve):
         name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"

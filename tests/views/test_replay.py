@@ -6,6 +6,8 @@ from __future__ import annotations
 import base64
 import dataclasses
 import http.client
+import math
+import re
 import shutil
 import socket
 import threading
@@ -13,6 +15,7 @@ import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -208,10 +211,42 @@ def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
     assert list(facts)[:2] == ["F1, box pushing", "F2, hidden neurons"]
 
 
-def test_fewer_steps_on_demand(recording: Recording) -> None:
-    thin = replay_data.data(recording, "", every=3)
-    assert thin["chunks"][0]["steps"] == 100
-    assert thin["period"] == pytest.approx(0.3)
+THIN = 5_000  # bytes: fewer than the 300 control steps take
+
+
+def test_a_long_episode_is_thinned(recording: Recording, episode: dict[str, Any]) -> None:
+    """Case 76: to a size that is given, and it says so."""
+    thin = replay_data.data(recording, "", most_bytes=THIN)
+    (chunk,), every = thin["chunks"], thin["thinned"]
+    assert every > 3
+    assert sum(map(len, replay_data._texts(chunk))) <= THIN * 1.1
+    assert chunk["steps"] == math.ceil(300 / every)
+    assert thin["period"] == pytest.approx(0.1 * every)
+    assert dict(thin["facts"])["control steps shown"] == f"1 of {every}, {0.1 * every:.3g} s apart"
+    assert episode["thinned"] == 1
+    assert "control steps shown" not in dict(episode["facts"])
+
+
+def test_a_thinned_episode_loses_no_touch_and_keeps_means(recording: Recording) -> None:
+    """Case 76: what lasts a moment is seen; poses are those of their time."""
+    before = recording.telemetry
+    touched = np.zeros_like(before.touch)
+    touched[0, 7, 2, 1] = 1.0  # for one control step
+    telemetry = dataclasses.replace(before, touch=touched)
+    told = dataclasses.replace(recording, episodes=dataclasses.replace(recording.episodes, telemetry=telemetry))
+    thin = replay_data.data(told, "", most_bytes=THIN)
+    (chunk,), every = thin["chunks"], thin["thinned"]
+    steps = range(0, 300, every)
+    touch = unpacked(chunk, "touch", np.uint8).reshape(len(steps), 5, 4)
+    command = unpacked(chunk, "command", np.int8).reshape(len(steps), 5, 2)
+    homing = np.frombuffer(base64.b64decode(chunk["terms"][0]), "<f4")
+    place = unpacked(chunk, "pose", np.int16).reshape(len(steps), 5, 3)[..., :2] * thin["unit"]["position"]
+    np.testing.assert_allclose(place, telemetry.pose[0, ::every, :, :2], atol=1e-4)
+    for i, step in enumerate(steps):
+        window = slice(step, step + every)
+        assert ((touch[i] > 0) == (telemetry.touch[0, window] > 0).any(axis=0)).all()
+        np.testing.assert_allclose(command[i] / 127, telemetry.command[0, window].mean(axis=0), atol=0.004)
+        assert homing[i] == pytest.approx(recording.terms["homing"][0, window].mean(), rel=1e-6)
 
 
 def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[str, Any], settings: Config) -> None:
@@ -342,6 +377,22 @@ def test_the_scene_shows_the_stored_poses(browser: Browser, file: Path, recordin
                 turned = np.array(seen["robots"])[:, 2] - pose[0, step, :, 2]
                 np.testing.assert_allclose(np.cos(turned), 1, atol=1e-6)
                 np.testing.assert_allclose(seen["box"][:2], box[0, step, :2], atol=1e-4)
+
+
+def test_a_thinned_page_plays_to_its_end(browser: Browser, recording: Recording, tmp_path: Path) -> None:
+    """Case 76."""
+    thin = replay_data.data(recording, "thin", most_bytes=THIN)
+    (tmp_path / "thin.html").write_text(replay_page.render([thin], "thin"))
+    with browsers.watch(browser, 640, 420) as watched:
+        page = watched.open(tmp_path / "thin.html")
+        assert f"1 of {thin['thinned']}, " in page.inner_text(".sw-facts")
+        for step in (0, thin["thinned"], 20 * thin["thinned"]):
+            page.evaluate(f"swarmevo.pause(); swarmevo.seek({0.1 * step})")
+            shown = np.array(page.evaluate("swarmevo.shown()")["robots"])[:, :2]
+            np.testing.assert_allclose(shown, recording.telemetry.pose[0, step, :, :2], atol=1e-4)
+        page.evaluate("swarmevo.seek(29.5); swarmevo.play()")
+        page.wait_for_function("swarmevo.player.time === 30 && !swarmevo.player.playing")
+        assert watched.errors == []
 
 
 def test_the_legend_has_only_bumpers_that_are_there(browser: Browser, recording: Recording, tmp_path: Path) -> None:
@@ -571,6 +622,15 @@ def test_the_command_writes_a_page(run: Path, tmp_path: Path, capsys: pytest.Cap
     assert command(f"{run}:1", "--html", file) == 0
     assert capsys.readouterr().out == f"{file}\n"
     assert "small, individual 1" in file.read_text()
+
+
+def test_the_command_says_that_a_page_is_thinned(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 76."""
+    monkeypatch.setattr(replay_episode, "data", partial(replay_data.data, most_bytes=THIN))
+    assert command(run, "--html", tmp_path / "page.html") == 0
+    assert re.fullmatch(r"long episode: 1 control step of \d+ is shown\n", capsys.readouterr().err)
 
 
 def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) -> None:
