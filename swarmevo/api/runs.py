@@ -10,7 +10,7 @@ from typing import Any
 
 from swarmevo import config as configuration
 from swarmevo.analysis import assessment, fronts
-from swarmevo.analysis.assessment import TEAM_SIZES
+from swarmevo.analysis.assessment import REPEATS, TEAM_SIZES
 from swarmevo.analysis.fronts import Summary
 from swarmevo.analysis.table_ii import Assessment
 from swarmevo.api.individuals import Front, Individual
@@ -161,7 +161,9 @@ class Run:
             individuals = [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]
         return Front(individuals, self.objectives, self.folder.name)
 
-    def table_ii(self, sizes: tuple[int, ...] = tuple(TEAM_SIZES), repeats: int = 5, workers: int = 0) -> Assessment:
+    def table_ii(
+        self, sizes: tuple[int, ...] = tuple(TEAM_SIZES), repeats: int = REPEATS, workers: int = 0
+    ) -> Assessment:
         """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.
 
         Raises:

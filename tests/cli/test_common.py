@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 import pkgutil
 import subprocess
 import sys
@@ -16,6 +17,9 @@ import yaml
 import swarmevo
 from cli.conftest import Swarmevo, files
 from swarmevo import cli
+from swarmevo.analysis import assessment
+from swarmevo.cli.common import team_sizes
+from swarmevo.cli.test import assess
 
 Install = Callable[..., Path]
 
@@ -148,3 +152,10 @@ def test_an_option_without_effect_is_refused(swarmevo_: Swarmevo, arguments: str
     assert (done.code, done.out) == (2, "")
     assert done.errors == [f"{WITHOUT_EFFECT[arguments]}; leave it out"]
     assert files() == {"small.yaml"}
+
+
+def test_the_defaults_of_test_are_those_of_the_analysis() -> None:
+    """They stand twice, so that --help imports nothing heavy."""
+    defaults = {name: parameter.default for name, parameter in inspect.signature(assess).parameters.items()}
+    assert defaults["repeats"] == assessment.REPEATS
+    assert team_sizes(defaults["robots"]) == list(assessment.TEAM_SIZES)
