@@ -38,6 +38,8 @@ class WatchedFile:
             now = self._path.stat()
         except FileNotFoundError:
             now = None
+        except OSError as error:
+            return f"cannot be reached any more: {error.strerror}"
         if now is None or not os.path.samestat(now, self._known):
             return "was deleted, moved or replaced while the run was writing it; if it was moved, resume it there"
         if now.st_size < self._known.st_size:

@@ -181,6 +181,15 @@ def test_equal_genomes_are_stored_once(store: Store) -> None:
         store.genome(4)
 
 
+def test_genomes_leave_little_of_their_pages_empty(store: Store) -> None:
+    """Case 14: one genome of the paper's size a page, 4,228 bytes for each individual, of which 2,648 are genes."""
+    content = generation(600, repeats=1)
+    genomes = np.random.default_rng(0).standard_normal((600, 331))
+    before = (store.folder / DATABASE_FILE).stat().st_size
+    store.append(0, 0, Generation(genomes, content.episodes), "{}")
+    assert (store.folder / DATABASE_FILE).stat().st_size - before < 600 * 3100
+
+
 @pytest.mark.parametrize("number", [0, 2])
 def test_generations_follow_one_another(store: Store, number: int) -> None:
     store.append(0, 0, generation(), "{}")
@@ -622,6 +631,14 @@ def test_a_database_that_is_gone_is_noticed(store: Store, lost: str) -> None:
         with Store.open(elsewhere, readonly=False) as moved:
             assert_equal(moved.generation(0, 0), generation())
             moved.append(0, 1, generation(), "{}")
+
+
+def test_a_folder_that_became_a_file_is_one_line(store: Store) -> None:
+    """Case 2."""
+    store.folder.rename(store.folder.with_name("elsewhere"))
+    store.folder.write_text("")
+    with pytest.raises(StoreError, match=r"run\.sqlite cannot be reached any more: Not a directory$"):
+        store.append(0, 0, generation(), "{}")
 
 
 def test_a_database_that_was_truncated_is_noticed(store: Store) -> None:
