@@ -62,7 +62,7 @@ def test_attainment_of_all_trials_is_dominated_by_that_of_any(run: Path) -> None
 
 def test_paths_and_occupancy_are_of_the_tests(run: Path) -> None:
     with Store.open(run) as store:
-        seen = assessment.watch(store, tests=2)
+        seen = assessment.watch(store)
     (axes,) = figures.paths(seen, test=1).axes
     assert len(axes.collections) == 3  # one path for each robot
     last = axes.collections[0].get_paths()[-1].vertices[-1]
@@ -73,7 +73,7 @@ def test_paths_and_occupancy_are_of_the_tests(run: Path) -> None:
 
 def test_a_path_ends_when_the_box_is_there(run: Path) -> None:
     with Store.open(run) as store:
-        seen = assessment.watch(store, tests=2)
+        seen = assessment.watch(store)
     seen.telemetry.push_time[0] = -1.5  # [s]: 2 s later is 0.5 s after the start
     assert behaviour._shown_steps(seen, 0) == 5
     assert behaviour._shown_steps(seen, 1) == 20
