@@ -26,8 +26,9 @@ def as_overrides(settings: Mapping[str, Any]) -> list[str]:
 def _as_yaml(key: str, value: Any) -> str:
     try:
         return json.dumps(value, default=lambda array: array.tolist())  # of NumPy
-    except (TypeError, ValueError, AttributeError):
-        raise ConfigError(f"{key}: expected a number, text, list or mapping, got {type(value).__name__}") from None
+    except (TypeError, ValueError, AttributeError, RecursionError) as error:
+        got = f"{type(value).__name__}{' nested too deeply' if isinstance(error, RecursionError) else ''}"
+        raise ConfigError(f"{key}: expected a number, text, list or mapping, got {got}") from None
 
 
 def apply(raw: dict[str, Any], overrides: Sequence[str], errors: list[str]) -> None:

@@ -217,5 +217,10 @@ def test_what_has_no_effect_is_refused(tmp_path: Path, run: se.Run) -> None:
         se.evolve("quick", workers=2, scheduler="tcp://nowhere:1", out=tmp_path / "new")
     with pytest.raises(se.ConfigError, match=r"^workers: "):
         se.resume(run.folder, workers=2, scheduler="tcp://nowhere:1", generations="+1")
+    deep: list[Any] = []
+    for _ in range(100_000):
+        deep = [deep]
+    with pytest.raises(se.ConfigError, match="got list nested too deeply"):  # case 27
+        se.evolve("quick", set={"optimiser.pde.crossover_rate": deep}, out=tmp_path / "new")
     assert not (tmp_path / "new").exists()
     assert se.open(run.folder).config.evolution.generations == 2
