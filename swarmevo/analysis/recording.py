@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -104,7 +103,7 @@ def simulate(
         EvaluationError: An episode failed.
     """
     everybody = np.tile(genes, (len(keys), 1))
-    done = team.simulate(everybody, keys, channels, threads or len(os.sched_getaffinity(0)))
+    done = team.simulate(everybody, keys, channels, threads)
     for key, status, message in zip(keys, done.status, done.messages, strict=True):
         if status:
             raise EvaluationError(f"{key}: the episode failed: {message}")

@@ -115,7 +115,7 @@ class Team:
             genomes: ``(n, space.size)``.
             keys: ``n``: of the episodes.
             channels: Telemetry to record; None: what the fitness functions need.
-            threads: At most so many at once.
+            threads: At most so many at once; 0: one for each processor.
             cancelled: Asked before each control step of a controller written in Python.
 
         Raises:

@@ -255,7 +255,7 @@ def test_robots_start_in_centred_rows(robots: int, size: float, rows: list[int])
 def test_same_bits_on_any_number_of_threads_in_any_order_and_division() -> None:
     scene, policies = Scene(short()), networks(12)
     reference = simulate(scene, policies, keys(12), cloned(12), CHANNELS)
-    for threads in (2, 8):
+    for threads in (0, 2, 8):
         assert np.array_equal(simulate(scene, policies, keys(12), cloned(12), (), threads).hash, reference.hash)
     backwards = simulate(scene, policies, keys(12)[::-1], cloned(12)[::-1], CHANNELS, 2)
     assert np.array_equal(backwards.hash[::-1], reference.hash)
@@ -395,8 +395,8 @@ def test_bad_calls_are_one_clear_error() -> None:
         simulate(scene, networks(2), keys(2), cloned(2).astype(int) - 1)
     with pytest.raises(InvalidArgument, match=r"robot_policies: expected 0 <= index < 2\*\*32, got 4294967296"):
         simulate(scene, networks(2), keys(2), cloned(2) + np.int64(2**32))
-    with pytest.raises(InvalidArgument, match="threads"):
-        simulate(scene, networks(2), keys(2), cloned(2), threads=0)
+    with pytest.raises(InvalidArgument, match="threads: expected 0 to 1024, got -1"):
+        simulate(scene, networks(2), keys(2), cloned(2), threads=-1)
     with pytest.raises(InvalidArgument, match="0 <= seed"):
         simulate(scene, networks(1), [EpisodeKey(-1, 0, 0, 0)], cloned(1))
     with pytest.raises(InvalidArgument, match="below 65536"):
