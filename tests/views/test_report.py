@@ -217,8 +217,8 @@ def test_choosing_a_point_plays_its_replay(watched: Watched, key: str | None) ->
     page.evaluate("swarmevoReport[0].choose(0, false)")
     point.press(key) if key else point.dispatch_event("click")
     genome = page.evaluate(f"swarmevoReport[0].run.points[{last}].genome")
-    assert page.locator("[data-title]").inner_text() == f"Controller {genome}"
-    assert f"Controller {genome}" in page.locator("[data-stage] .sw-title").inner_text()
+    assert page.locator("[data-title]").inner_text() == f"Individual {genome}"
+    assert f"Individual {genome}" in page.locator("[data-stage] .sw-title").inner_text()
     page.wait_for_function("swarmevoReport[0].player.time > 0.5")
     assert point.get_attribute("aria-pressed") == "true"
     page.evaluate("swarmevoReport[0].player.pause()")

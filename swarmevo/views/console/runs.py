@@ -50,7 +50,9 @@ def show_run(summary: Summary) -> None:
 def _show_front(out: Console, title: str, objectives: Sequence[Objective], front: Sequence[FrontPoint]) -> None:
     out.print(f"\n{title}")
     names = [f"{objective.name}\n({objective.direction})" for objective in objectives]
-    table = output.table(*names, "episodes", "homing", "pushing", "push\n(s)", "gens", "trial", "genome", right=True)
+    table = output.table(
+        *names, "episodes", "homing", "pushing", "push\n(s)", "gens", "trial", "individual", right=True
+    )
     for point in front:
         table.add_row(
             *map(text.number, point.objectives.values()),

@@ -89,10 +89,10 @@ def _tiles(run: Run) -> Iterator[Tile]:
     summary, cost = run.summary, run.summary.cost
     best, first = summary.front[0], summary.objectives[0].name  # the front begins with the best first objective
     beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
-    aside = ", ".join([f"controller {best.genome}", *beside])
+    aside = ", ".join([f"individual {best.genome}", *beside])
     yield Tile(f"best {text.words(first)}", text.number(best.objectives[first]), aside)
     pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
-    aside = f"controller {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
+    aside = f"individual {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
     yield Tile("box at the wall", text.percent(pusher.push_rate), aside)
     yield Tile("front", text.count(len(summary.front), "point"), f"over {text.count(len(summary.trials), 'trial')}")
     volumes = [trial.history[-1].hypervolume for trial in summary.trials]
@@ -129,7 +129,7 @@ def _behaviour(store: Store) -> Iterator[Figure]:
     seen = assessment.watch(store, best)
     yield _figure(
         figures.paths(seen),
-        f"Paths of controller {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
+        f"Paths of individual {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
         "star and dotted circle: the emitter and its range; green: the target wall.",
     )
     yield _figure(

@@ -72,7 +72,7 @@ def _episode(store: Store, point: FrontPoint) -> dict[str, Any]:
     chosen = replay_episode.choose(store, point.genome, point.last_generation)
     recording, warning = replay_episode.replay(store, chosen, force=True)
     where = f"trial {point.trial}, generation {chosen.key.generation}"
-    return replay_data.data(recording, f"Controller {point.genome}", where, warning, REPLAY_BYTES)
+    return replay_data.data(recording, f"Individual {point.genome}", where, warning, REPLAY_BYTES)
 
 
 # ---- for the page's script -------------------------------------------------------------------------------------------
