@@ -55,6 +55,8 @@ class Step:
     generation: int
     hypervolume: float
     front_size: int
+    new_genomes: int
+    """In this generation, which no generation of its trial had before. 0: the search stood still."""
     best: dict[str, float]
     """The best mean of each objective, on the front."""
 
@@ -144,6 +146,7 @@ def history(store: Store, trial: int) -> list[Step]:
     counts: dict[int, int] = {}
     steps = []
     for summary in store.summaries(trial):
+        before = len(totals)
         for genome, values in zip(summary.genomes.tolist(), summary.objectives, strict=True):
             totals[genome] = totals.get(genome, 0.0) + values
             counts[genome] = counts.get(genome, 0) + 1
@@ -154,6 +157,7 @@ def history(store: Store, trial: int) -> list[Step]:
                 generation=summary.number,
                 hypervolume=hypervolume(objectives, points),
                 front_size=len(points),
+                new_genomes=len(totals) - before,
                 best={o.name: _best(o, points[:, k]) for k, o in enumerate(objectives)},
             )
         )

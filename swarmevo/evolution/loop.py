@@ -48,6 +48,8 @@ class Progress:
     """For each objective the best mean in this generation."""
     front_size: int
     """Points that no other of this generation dominates; equal ones count once."""
+    new_genomes: int
+    """In this generation, which no generation of its trial had before. 0: the search stands still."""
     eta_seconds: float
     """To the end of the run."""
 
@@ -65,6 +67,10 @@ class Journal(Protocol):
 
     def state(self, trial: int) -> Mapping[str, Any] | None:
         """Return the optimiser's state after a trial's last generation; None: it has none."""
+        ...
+
+    def new_genomes(self, trial: int, number: int) -> int:
+        """Return how many genomes of a generation no generation of its trial had before."""
         ...
 
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
@@ -192,6 +198,7 @@ class _Run:
             episodes_per_second=len(evaluation.episodes) / self._recent[-1],
             best=_best(self._evaluator.objectives, evaluation.costs),
             front_size=int(np.count_nonzero(moocore.is_nondominated(evaluation.costs))),
+            new_genomes=self._journal.new_genomes(trial, generation),
             eta_seconds=self._to_go * sum(self._recent) / len(self._recent),
         )
 

@@ -22,6 +22,8 @@ _THOUSANDS: Final = "\N{NARROW NO-BREAK SPACE}"
 
 NEVER: Final = "Max"
 """The paper's word in Table II for a time that was never reached."""
+STANDSTILL: Final = "no new genome; the optimiser asked only for those that the trial had before"
+"""Of a generation, as a warning."""
 
 
 # ---- names -----------------------------------------------------------------------------------------------------------

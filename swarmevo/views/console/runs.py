@@ -72,8 +72,17 @@ def _show_history(out: Console, trial: int, history: Sequence[Step], planned: in
     line = sparkline(values, _SPARKS if _can_print(out, _SPARKS) else _PLAIN_SPARKS)
     out.print(
         f"  trial {trial}  {line}  {text.number(values[0])} to {text.number(values[-1])}, "
-        f"{len(values)} of {planned} generations"
+        f"{len(values)} of {planned} generations, "
+        f"{_least_and_most([step.new_genomes for step in history])} new genomes each"
     )
+    if still := [step.generation for step in history if step.new_genomes == 0]:
+        generations = text.plain(text.count(len(still), "generation"))
+        out.print(f"  warning: trial {trial}: in {generations}, first in {still[0]}, {text.STANDSTILL}")
+
+
+def _least_and_most(values: Sequence[int]) -> str:
+    least, most = min(values), max(values)
+    return str(most) if least == most else f"{least} to {most}"
 
 
 def sparkline(values: Sequence[float], sparks: str = _SPARKS) -> str:
