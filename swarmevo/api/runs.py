@@ -89,6 +89,7 @@ def resume(
     scheduler: str | None = None,
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
+    accept_changed_plugin: bool = False,
 ) -> Run:
     """Go on with an interrupted or finished run; the result is that of a run never interrupted.
 
@@ -99,17 +100,19 @@ def resume(
         scheduler: As in :func:`evolve`.
         observe: As in :func:`evolve`.
         stop: As in :func:`evolve`.
+        accept_changed_plugin: Go on though a plugin is not what it was: results of both are then in one run.
 
     Raises:
         ConfigError: ``generations`` is refused, or ``workers`` with ``scheduler``.
         EvaluationError, PluginError, SimulatorError: As :func:`evolve`.
-        StoreError: The folder is no run, is being written by another process, or cannot be written.
+        StoreError: The folder is no run, is being written by another process, cannot be written, or a plugin was
+            changed.
     """
     backend = _backend(scheduler, workers)
     with Store.open(folder, readonly=False) as store:
         if generations is not None:
-            driver.extend(store, str(generations))
-        driver.evolve(store, workers, observe, stop, backend)
+            driver.extend(store, str(generations), accept_changed_plugin)
+        driver.evolve(store, workers, observe, stop, backend, accept_changed_plugin)
     return Run(folder)
 
 

@@ -76,14 +76,17 @@ def resume(
         str | None, typer.Option(metavar="+N|N", help="Make the run longer: so many generations more, or in all.")
     ] = None,
     scheduler: Scheduler = None,
+    accept: Annotated[
+        bool, typer.Option("--accept-changed-plugin", help="Go on though a plugin was changed since the last session.")
+    ] = False,
 ) -> None:
     """Go on with an interrupted or finished run; the result is that of a run never interrupted."""
     count = worker_count(workers)
     if scheduler:
         without_effect(context, "with --scheduler", "workers")
     if generations is not None:
-        _extend(run, generations)
-    _go_on(run, count, scheduler)
+        _extend(run, generations, accept)
+    _go_on(run, count, scheduler, accept)
 
 
 def _forecast(config: Config, workers: int) -> None:
@@ -97,16 +100,16 @@ def _forecast(config: Config, workers: int) -> None:
         console.show_forecast(fronts.forecast(config, evaluator, workers))
 
 
-def _extend(folder: Path, generations: str) -> None:
+def _extend(folder: Path, generations: str, accept_changed_plugin: bool) -> None:
     from swarmevo.runs import driver
     from swarmevo.runs.store import Store
 
     with Store.open(folder, readonly=False) as store:
-        total = driver.extend(store, generations)
+        total = driver.extend(store, generations, accept_changed_plugin)
     print(f"{folder}: {total} generations in each trial", file=sys.stderr)
 
 
-def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
+def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plugin: bool = False) -> None:
     """Bring a run to its end and show it; when that fails, say how to go on."""
     from swarmevo.analysis import fronts
     from swarmevo.runs import driver
@@ -119,7 +122,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
     with Store.open(folder, readonly=False) as store:
         try:
             with interruptible(how) as stop, console.progress(*fronts.generations(store)) as observe:
-                driver.evolve(store, workers, observe, stop, _backend(scheduler))
+                driver.evolve(store, workers, observe, stop, _backend(scheduler), accept_changed_plugin)
         except Exception:
             if store.is_in_place and (store.trials() or scheduler):
                 print(how, file=sys.stderr)

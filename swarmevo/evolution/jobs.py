@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.config import Config
-from swarmevo.errors import EvaluationError, Interrupted
+from swarmevo.errors import EvaluationError, Interrupted, PluginError
 from swarmevo.evolution import processes
+from swarmevo.evolution.identity import Identity, difference, identity
 from swarmevo.evolution.results import COLUMNS, Results, joined
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import CHANNELS, FloatArray
@@ -80,7 +81,12 @@ def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callabl
     started = time.perf_counter()
     try:
         with processes.child() as child:
-            child.call(_warm_up, (config_json,), START_SECONDS, cancelled)
+            found = child.call(_warm_up, (config_json,), START_SECONDS, cancelled)
+            if wrong := difference(found, setup.identity):
+                raise PluginError(
+                    f"a process for an episode has {wrong}: a plugin was changed while the run went on; undo that, "
+                    "then resume, or go on with --accept-changed-plugin"
+                )
             return child.call(_run_here, (config_json, job), limit, cancelled)
     except processes.Cancelled as wish:
         raise Interrupted from wish
@@ -93,8 +99,8 @@ def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callabl
         return joined([_run_supervised(config_json, setup, job.alone(i), cancelled) for i in range(len(job.episodes))])
 
 
-def _warm_up(config_json: str) -> None:
-    _setup(config_json)
+def _warm_up(config_json: str) -> Identity:
+    return _setup(config_json).identity
 
 
 def _run_here(config_json: str, job: Job) -> Results:
@@ -121,6 +127,7 @@ class Setup:
     """Runs jobs of a configuration with a team of its own. For one thread."""
 
     def __init__(self, config: Config) -> None:
+        self.identity = identity(config)
         self.team = Team(config)
         self.timeout = config.evolution.episode_timeout
         self.goes_on = config.evolution.on_fault == "worst"

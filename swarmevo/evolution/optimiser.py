@@ -92,5 +92,5 @@ class CheckedOptimiser:
     def _error(self, method: str, generation: int, reason: str) -> PluginError:
         return PluginError(
             f"{self._title}: {method}, trial {self._trial}, generation {generation}: {reason}; repair the plugin, then "
-            "continue the run: all generations before are stored"
+            "resume with --accept-changed-plugin: all generations before are stored"
         )

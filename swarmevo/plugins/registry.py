@@ -22,6 +22,7 @@ import numpy as np
 from swarmevo.config import Config, Team, did_you_mean
 from swarmevo.config.yaml import plain
 from swarmevo.errors import PluginError
+from swarmevo.plugins import sources
 from swarmevo.plugins.options import Factory, Option, of_name, settled
 from swarmevo.plugins.options import options as options_of
 from swarmevo.protocols import (
@@ -69,6 +70,11 @@ class PluginEntry:
     def origin(self) -> str:
         """Distribution and version."""
         return f"{self.distribution} {self.version}"
+
+    @property
+    def files(self) -> sources.Files:
+        """What it is made of, as it was when it was imported; see :func:`swarmevo.plugins.sources.files`."""
+        return sources.files(self.target, self.distribution)
 
     def __str__(self) -> str:
         return f"{self.kind}.{self.name} ({self.origin}, {self.target})"
@@ -148,10 +154,12 @@ def load(entry: PluginEntry) -> Factory:
         PluginError: The import fails, or what it gives cannot be called.
     """
     point = metadata.EntryPoint(entry.name, entry.target, GROUPS[entry.kind])
+    files = entry.files
     try:
         factory = point.load()
     except (Exception, SystemExit) as error:  # whatever a stranger's module does when imported
         raise PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it") from error
+    sources.note_import(entry.target, files)
     if not callable(factory):
         raise PluginError(f"{entry}: expected a factory that can be called, got {type(factory).__name__}")
     return factory  # type: ignore[no-any-return]  # callable() has told

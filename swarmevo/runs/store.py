@@ -153,6 +153,11 @@ class Store(StoreReader):
             self._lock.release()
             self._lock = None
 
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Of the last session: with what the run went on so far."""
+        return self.session(self._session)
+
     # ---- writing
 
     @property
@@ -210,7 +215,7 @@ class Store(StoreReader):
         Args:
             provenance: See :func:`swarmevo.runs.provenance.provenance`.
         """
-        if _lasting(self.session(self._session)) == _lasting(provenance):
+        if _lasting(self.provenance) == _lasting(provenance):
             return
         with self._transaction():
             insert_session(self._database, provenance)

@@ -18,6 +18,7 @@ from swarmevo.evolution.results import COLUMNS, Results
 from swarmevo.plugins.team import never
 from swarmevo.protocols import BoolArray, Objective
 from swarmevo.runs.driver import check_objectives, origin_of
+from swarmevo.runs.provenance import changed_files
 from swarmevo.runs.store import Store
 
 EXPLAINING: Final = (
@@ -29,10 +30,8 @@ EXPLAINING: Final = (
     "python",
     "libc",
     "platform",
-    "cpu",
-    "worker_cpus",
 )
-"""Entries of the provenance that a result may depend on."""
+"""Entries of the provenance that a result may depend on, besides the plugins' files and the CPUs."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +185,7 @@ def explain(store: Store, session: int) -> list[str]:
 
 def _explain(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     return list(_changes(then, now)) or [
-        "versions, library and CPU are the same; a plugin is not deterministic, or the database was changed"
+        "versions, plugins, library and CPU are the same; a plugin is not deterministic, or the database was changed"
     ]
 
 
@@ -196,13 +195,22 @@ def _explanations(store: Store, differences: Sequence[Difference], now: Mapping[
 
 
 def _changes(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Yield one line for each entry that was different when the episodes ran."""
+    """Yield one line for each entry that was different when the episodes ran, the likeliest cause first."""
+    for file, plugins in changed_files(then, now).items():
+        yield f"{file} of {', '.join(plugins)} was changed"
     for name in EXPLAINING:
         before, after = _flat(then.get(name)), _flat(now.get(name))
         for key in sorted(before.keys() | after.keys()):
             if before.get(key) != after.get(key) and key != "path":
                 title = f"{name} {key}".rstrip()
                 yield f"{title} was {before.get(key, 'not noted')}, is {after.get(key, 'not noted')}"
+    if (before_cpus := _cpus(then)) != (after_cpus := _cpus(now)):
+        yield f"cpu was {before_cpus}, is {after_cpus}"
+
+
+def _cpus(origin: Mapping[str, Any]) -> str:
+    """Return on what episodes ran: this machine's CPU, or those of a cluster's workers."""
+    return ", ".join(map(str, origin.get("worker_cpus") or [origin.get("cpu", "not noted")]))
 
 
 def _flat(entry: Any) -> dict[str, Any]:

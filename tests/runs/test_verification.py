@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import sqlite3
 from contextlib import closing
@@ -91,7 +92,8 @@ def test_what_was_changed_is_found(folder: Path, change_to: str, what: tuple[str
         (1, 2, 3, 1, 1, what)
     ]
     assert report.explanations == (
-        "session 1: versions, library and CPU are the same; a plugin is not deterministic, or the database was changed",
+        "session 1: versions, plugins, library and CPU are the same; a plugin is not deterministic, or the database "
+        "was changed",
     )
     assert not report.is_sound
 
@@ -187,6 +189,24 @@ def test_what_has_changed_since_explains_differences(folder: Path) -> None:
         "session 1: numpy was 0.9",
         "session 1: cpu was Another CPU",
     ]
+
+
+def test_a_changed_plugin_explains_differences_before_anything_else(folder: Path) -> None:
+    """Case 52: episodes ran on a cluster's workers, which are no cause while their CPUs are those of this machine."""
+    origin = json.loads((folder / "provenance.json").read_text())
+    origin["worker_cpus"], origin["numpy"] = [origin["cpu"]], "0.9"
+    for plugin in ("controller.toy_network", "controller.toy_linear", "fitness.toy_travel"):
+        origin["plugin_files"] |= {plugin: {"toy_plugins.py": "other"}}
+    (folder / PROVENANCE_FILE).write_text(json.dumps(origin))
+    change(folder, "UPDATE session SET provenance = ?", json.dumps(origin))
+    change(folder, f"UPDATE episode SET hash = 1 {WHERE}")
+    first, second = verified(folder).explanations
+    assert re.match(r"session 1: toy_plugins\.py of controller\.toy_\w+, fitness\.toy_travel was changed", first)
+    assert second.startswith("session 1: numpy was 0.9")
+    origin["worker_cpus"] = ["Another CPU", "Yet another CPU"]
+    (folder / PROVENANCE_FILE).write_text(json.dumps(origin))
+    change(folder, "UPDATE session SET provenance = ?", json.dumps(origin))
+    assert verified(folder).explanations[-1].startswith("session 1: cpu was Another CPU, Yet another CPU, is ")
 
 
 def test_a_run_with_another_configuration_is_not_verified(folder: Path) -> None:

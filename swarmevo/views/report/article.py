@@ -143,7 +143,8 @@ def _behaviour(store: Store) -> Iterator[Figure]:
 
 def _origin(store: Store, run: Run) -> list[tuple[str, str]]:
     cost = run.summary.cost
-    facts = {text.words(key): str(value) for key, value in _flat(store.session(1)) if value not in (None, "", [])}
+    stored = {key: value for key, value in store.session(1).items() if key != "plugin_files"}  # too many for a page
+    facts = {text.words(key): str(value) for key, value in _flat(stored) if value not in (None, "", [])}
     spent = f"{text.duration(cost.simulated_seconds)} simulated in {text.duration(cost.seconds)}"
     facts |= {"cost": f"{text.count(cost.episodes, 'episode')}, {spent}", "physics": text.physics(cost)}
     return list(facts.items())
