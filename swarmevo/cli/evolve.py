@@ -93,10 +93,12 @@ def _forecast(config: Config, workers: int) -> None:
     from swarmevo.analysis import fronts
     from swarmevo.evolution import loop
     from swarmevo.evolution.evaluation import Evaluator
+    from swarmevo.runs import driver
     from swarmevo.views import console
 
     loop.rehearse(config)
     with Evaluator(config, workers) as evaluator:
+        driver.check_names(evaluator)
         console.show_forecast(fronts.forecast(config, evaluator, workers))
 
 

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from swarmevo import returned
 from swarmevo.config import Config, Team, did_you_mean
 from swarmevo.config.yaml import plain
 from swarmevo.errors import PluginError
@@ -246,7 +247,7 @@ def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
         return _ANY_SPACE
     steps = round(config.episode.horizon / config.episode.control_period)
     scene = SceneInfo(config.team.robots, steps, config.episode.control_period)
-    return individual_space(controller.space(scene), config.team)
+    return individual_space(returned.space(controller.space(scene)), config.team)
 
 
 def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:

@@ -18,11 +18,11 @@ from swarmevo.plugins.checked import (
     CancellableController,
     CheckedController,
     CheckedFitness,
-    TeamController,
+    JudgedController,
     check_names,
 )
 from swarmevo.plugins.registry import individual_space, option_errors, settled_options
-from swarmevo.protocols import Controller, FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
+from swarmevo.protocols import FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
 from swarmevo.simulation import EpisodeKey, Episodes
 
 
@@ -72,8 +72,7 @@ class Team:
         """Telemetry that the fitness functions need."""
         self.space: GenomeSpace = individual_space(self._controller.space, settings.team)
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
-        own = settings.team.has_own_genomes
-        self._judged: Controller = TeamController(self._controller.made, self.robots) if own else self._controller.made
+        self._judged = JudgedController(self._controller, settings.team)
 
     @property
     def is_native(self) -> bool:
@@ -138,15 +137,22 @@ class Team:
         except simulation.InvalidArgument as error:
             raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
 
-    def judge(self, telemetry: Telemetry, genomes: FloatArray, i: int) -> FloatArray:
+    def judge(self, telemetry: Telemetry, genomes: FloatArray, i: int, in_range: bool = True) -> FloatArray:
         """Return the objectives ``(m,)`` of episode i, in which ``genomes[i]`` acted.
+
+        Args:
+            telemetry: Of the episodes.
+            genomes: ``(n, space.size)``.
+            i: From 0.
+            in_range: Whether each must be in its declared range. In another world than the run's it need not.
 
         Raises:
             EvaluationError: A fitness function failed.
         """
+        genome = genomes[i : i + 1]
         return np.concatenate(
             [
-                fitness.evaluate(_alone(telemetry, i, fitness.channels), genomes[i : i + 1].copy(), self._judged)
+                fitness.evaluate(_alone(telemetry, i, fitness.channels), genome.copy(), self._judged, in_range)
                 for fitness in self._fitness
             ]
         )
@@ -158,7 +164,7 @@ class Team:
         """
         before = 0
         for fitness in self._fitness:
-            parts = fitness.terms(telemetry)
+            parts = fitness.terms(telemetry, self.scene.info.control_steps)
             if parts is not None:
                 return before, parts
             before += len(fitness.objectives)
@@ -167,7 +173,7 @@ class Team:
     def complexity(self, genomes: FloatArray) -> FloatArray:
         """Return ``(n,)``: how many hidden neurons each individual of ``(n, space.size)`` uses."""
         self.check(genomes)
-        return self._controller.complexity(self._judged, genomes)
+        return self._judged.complexity(genomes)
 
     def networks(self, genome: FloatArray) -> FeedForward | None:
         """Return an individual's networks, one, or one for each robot; None: its controller is something else."""

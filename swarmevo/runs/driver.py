@@ -13,7 +13,7 @@ from typing import Any, Final
 from swarmevo import config as configuration
 from swarmevo import plugins
 from swarmevo.config import Config
-from swarmevo.errors import ConfigError, StoreError
+from swarmevo.errors import ConfigError, ExportError, StoreError
 from swarmevo.evolution import loop
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.loop import Progress
@@ -21,6 +21,7 @@ from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins import PluginEntry
 from swarmevo.plugins.team import never
+from swarmevo.runs import export
 from swarmevo.runs.provenance import changed_files, plugin_files, provenance
 from swarmevo.runs.store import Store
 
@@ -46,6 +47,7 @@ def begin(folder: str | os.PathLike[str], config: Config) -> None:
     """
     loop.rehearse(config)
     with Evaluator(config, workers=1) as evaluator:
+        check_names(evaluator)
         CheckedOptimiser(config, evaluator, trial=0)  # refuses what cannot be made
         text, origin = configuration.dump(config), origin_of(config, evaluator)
         Store.create(folder, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
@@ -133,6 +135,18 @@ def check_plugin_files(store: Store) -> None:
             f"{store.folder}: a plugin was changed since the run's last session: "
             f"{', '.join(shown[:_SHOWN_FILES])}{more}; undo that, or have both in one run: --accept-changed-plugin"
         )
+
+
+def check_names(evaluator: Evaluator) -> None:
+    """Refuse objectives whose names are not theirs alone in the exports.
+
+    Raises:
+        ConfigError: There is one.
+    """
+    try:
+        export.check_names(evaluator.objectives, evaluator.robots)
+    except ExportError as error:
+        raise ConfigError(*error.errors) from error
 
 
 def check_objectives(store: Store, evaluator: Evaluator) -> None:

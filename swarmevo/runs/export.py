@@ -18,7 +18,7 @@ from swarmevo.config import Config
 from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray
+from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, Objective
 from swarmevo.runs.store import Store
 
 FORMAT: Final = 1
@@ -47,8 +47,29 @@ AFTER: Final = {
 """Those behind."""
 
 
+def check_names(objectives: Sequence[Objective], robots: int) -> None:
+    """Refuse objectives that have the name of another column, so that no two columns have one name.
+
+    Raises:
+        ExportError: One has.
+    """
+    cells = [cell for column in COLUMNS if column.axis != "objectives" for cell in column.cells(0, robots)]
+    taken = {*BEFORE, *cells, *AFTER}
+    for one in objectives:
+        if one.name in taken:
+            raise ExportError(
+                f"objective {one.name}: expected another name than that of a column of the exports; rename it in its "
+                "fitness plugin"
+            )
+
+
 def columns(store: Store) -> dict[str, str]:
-    """Return the columns of :func:`episodes` with their meanings, in order."""
+    """Return the columns of :func:`episodes` with their meanings, in order.
+
+    Raises:
+        ExportError: An objective has the name of another column.
+    """
+    check_names(store.objectives, store.robots)
     return {**BEFORE, **{name: meaning for column in COLUMNS for name, meaning in _cells(store, column)}, **AFTER}
 
 

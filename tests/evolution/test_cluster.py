@@ -188,7 +188,7 @@ def test_an_error_in_an_episode_is_that_of_one_machine(steady: Cluster) -> None:
     config = settings()
     with Evaluator(config, 1, cluster.backend(steady.address, lambda line: None)) as evaluator:
         genomes = np.full((2, evaluator.space.size), np.nan)
-        with pytest.raises(EvaluationError, match="policies were refused: input_hidden: expected finite weights"):
+        with pytest.raises(EvaluationError, match="policies were refused: input_hidden: expected finite numbers"):
             evaluator.evaluate(genomes, 0, 0)
 
 

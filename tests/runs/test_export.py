@@ -23,9 +23,9 @@ from conftest import installer
 from swarmevo import cli, simulation
 from swarmevo import config as configuration
 from swarmevo.config import Config
-from swarmevo.errors import ExportError, StoreError
+from swarmevo.errors import ConfigError, ExportError, StoreError
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FeedForward, FloatArray
+from swarmevo.protocols import FeedForward, FloatArray, Objective
 from swarmevo.runs import export
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
@@ -405,3 +405,22 @@ def test_the_command(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture
         assert "expected" in err
     code, _, err = call("--controller", 999, "--out", tmp_path / "other")
     assert (code, (tmp_path / "other").exists()) == (1, False)
+
+
+@pytest.mark.parametrize("name", [*export.BEFORE, "push_time", "homing_time_1", "hash", *export.AFTER])
+def test_an_objective_with_the_name_of_a_column_is_refused(tmp_path: Path, name: str) -> None:
+    """Cases 24 and 51: before a folder is made, whichever column it is."""
+    settings = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": f"named {name}"}})
+    with pytest.raises(ConfigError, match=f"^objective {name}: expected another name than that of a column"):
+        begin(tmp_path / "run", settings)
+    assert not (tmp_path / "run").exists()
+
+
+def test_every_heading_of_a_csv_has_a_cell(folder: Path) -> None:
+    """Case 51: the names that are refused come from the columns that are written."""
+    with Store.open(folder) as store:
+        named = export.columns(store)
+        assert all(len(row) == len(named) for row in export.episodes(store))
+        for name in set(named) - {objective.name for objective in store.objectives}:
+            with pytest.raises(ExportError):
+                export.check_names([Objective(name, "minimise", (0.0, 1.0))], store.robots)

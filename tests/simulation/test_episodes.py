@@ -371,9 +371,9 @@ def test_a_compiled_function_takes_the_networks_place() -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda p: {"input_hidden": p.input_hidden * np.nan}, "finite weights, got nan"),
-        (lambda p: {"input_hidden": p.input_hidden[:, :, :13]}, "input_hidden: expected shape"),
-        (lambda p: {"hidden_output": p.hidden_output[:, :1]}, "hidden_output: expected shape"),
+        (lambda p: {"input_hidden": p.input_hidden * np.nan}, "input_hidden: expected finite numbers, got nan"),
+        (lambda p: {"input_hidden": p.input_hidden[:, :, :13]}, "input_hidden: expected an array of shape"),
+        (lambda p: {"hidden_output": p.hidden_output[:, :1]}, "hidden_output: expected an array of shape"),
     ],
 )
 def test_bad_weights_are_one_clear_error(spoil: Any, message: str) -> None:
