@@ -22,6 +22,7 @@ from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
+from swarmevo.printable import printable
 
 FAILED = 1
 USAGE = 2
@@ -88,10 +89,15 @@ class Verb(TyperCommand):
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
+def say(line: str) -> None:
+    """Print a line to stderr; control characters in it, of a path or of a plugin's message, are shown and not sent."""
+    print(printable(line), file=sys.stderr, flush=True)
+
+
 def exit_with(code: int, *errors: str) -> NoReturn:
     """Print each error as a line of its own and exit."""
     for error in errors:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}")
     raise SystemExit(code)
 
 
@@ -173,7 +179,7 @@ class StopOnSignal:
         """Return whether to stop; the first time that it is so, say it."""
         if self._wanted and not self._said:
             self._said = True
-            print("stopping; once more to stop at once", file=sys.stderr)
+            say("stopping; once more to stop at once")
         return self._wanted
 
 
@@ -184,5 +190,5 @@ def interruptible(consequence: str = "") -> Iterator[StopOnSignal]:
         with StopOnSignal() as stop:
             yield stop
     except (Interrupted, KeyboardInterrupt):
-        print(f"interrupted; {consequence}" if consequence else "interrupted", file=sys.stderr)
+        say(f"interrupted; {consequence}" if consequence else "interrupted")
         raise SystemExit(INTERRUPTED) from None

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import json
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, without_effect, worker_count
+from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, say, without_effect, worker_count
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
@@ -63,7 +62,7 @@ def evolve(
 
     folder = out or driver.default_folder(Path(config or "quick").stem, chosen)
     driver.begin(folder, chosen)
-    print(f"run {folder}, seed {chosen.evolution.seed}", file=sys.stderr)
+    say(f"run {folder}, seed {chosen.evolution.seed}")
     _go_on(folder, count, scheduler)
 
 
@@ -108,7 +107,7 @@ def _extend(folder: Path, generations: str, accept_changed_plugin: bool) -> None
 
     with Store.open(folder, readonly=False) as store:
         total = driver.extend(store, generations, accept_changed_plugin)
-    print(f"{folder}: {total} generations in each trial", file=sys.stderr)
+    say(f"{folder}: {total} generations in each trial")
 
 
 def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plugin: bool = False) -> None:
@@ -127,7 +126,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plu
                 driver.evolve(store, workers, observe, stop, _backend(scheduler), accept_changed_plugin)
         except Exception:
             if store.is_in_place and (store.trials() or scheduler):
-                print(how, file=sys.stderr)
+                say(how)
             raise
         console.show_run(fronts.summarise(store))
 
@@ -140,4 +139,4 @@ def _backend(scheduler: str | None) -> MakeBackend:
         return ThreadBackend
     from swarmevo.evolution import cluster
 
-    return cluster.backend(scheduler, lambda line: print(line, file=sys.stderr, flush=True))
+    return cluster.backend(scheduler, say)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, team_sizes, without_effect, writing
+from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, say, team_sizes, without_effect, writing
 
 _SIDE_BY_SIDE = 8  # replays in a page
 
@@ -70,9 +69,9 @@ def replay(
         chosen = replay_episode.choose(store, genome, generation, repeat)
         episodes, warning = replay_episode.episodes(store, chosen, sizes, force, settings or [])
     if warning:
-        print(f"warning: {warning}", file=sys.stderr)
+        say(f"warning: {warning}")
     if (every := max(episode["thinned"] for episode in episodes)) > 1:
-        print(f"long episode: 1 control step of {every} is shown", file=sys.stderr)
+        say(f"long episode: 1 control step of {every} is shown")
     page = replay_page.render(episodes, f"{folder.name}, individual {chosen.genome}")
     if html or not (video or serve):
         name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
@@ -123,6 +122,6 @@ def _serve(
 
     episode = replay_server.live_episodes(folder, genome, settings) if folder else None
     with replay_server.server(page, port, episode) as server:
-        print(replay_server.hint(server.server_port), file=sys.stderr)
+        say(replay_server.hint(server.server_port))
         with suppress(KeyboardInterrupt):
             server.serve_forever()

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import AsJson, OtherWorld, Run, Workers, app, interruptible, team_sizes, worker_count
+from swarmevo.cli.common import AsJson, OtherWorld, Run, Workers, app, interruptible, say, team_sizes, worker_count
 
 
 @app.command("test")
@@ -34,4 +33,4 @@ def assess(
         print(table_ii.as_json(found))
     else:
         console.show_assessment(found)
-    print(fate, file=sys.stderr)
+    say(fate)

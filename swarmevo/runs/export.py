@@ -18,6 +18,7 @@ from swarmevo.config import Config
 from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column
 from swarmevo.plugins.team import Team
+from swarmevo.printable import printable
 from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, Objective
 from swarmevo.runs.store import Store
 
@@ -25,6 +26,8 @@ FORMAT: Final = 1
 """Of the JSON that this module writes."""
 Target = Literal["epuck", "webots"]
 
+_FORMULA: Final = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""What a formula of a spreadsheet begins with, in the width of East Asian text too."""
 OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i in range(4)), "signal_strength")
 """In the order of a controller's input."""
 
@@ -104,10 +107,20 @@ def _generation(store: Store, trial: int, number: int) -> Iterator[tuple[Any, ..
 
 
 def write_csv(store: Store, out: TextIO) -> None:
-    """Write every episode as a line of CSV after one with the columns' names; numbers keep all their bits."""
+    """Write every episode as a line of CSV after one with the columns' names; numbers keep all their bits.
+
+    Text that a spreadsheet would take for a formula begins with an apostrophe; control characters are shown, escaped.
+    """
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns(store))
-    writer.writerows(episodes(store))
+    writer.writerow(map(_cell, columns(store)))
+    writer.writerows(map(_cell, row) for row in episodes(store))
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    shown = printable(value)
+    return f"'{shown}" if shown.startswith(_FORMULA) else shown
 
 
 def write_json(store: Store, out: TextIO) -> None:

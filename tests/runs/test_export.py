@@ -416,6 +416,28 @@ def test_an_objective_with_the_name_of_a_column_is_refused(tmp_path: Path, name:
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("=1+1", "'=1+1"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("-2+3", "'-2+3"),
+        ("+cmd", "'+cmd"),
+        ("\t=1", r"\t=1"),
+        ("a\r\n=1\x1b[2J", r"a\r\n=1\x1b[2J"),
+        ("plain, text", "plain, text"),
+    ],
+)
+def test_text_in_a_csv_is_no_formula(folder: Path, monkeypatch: pytest.MonkeyPatch, text: str, cell: str) -> None:
+    """Case 26: headings and faults; numbers stay numbers."""
+    monkeypatch.setattr(export, "columns", lambda store: {text: ""})
+    monkeypatch.setattr(export, "episodes", lambda store: iter([(-1.5, text, None)]))
+    out = io.StringIO()
+    with Store.open(folder) as store:
+        export.write_csv(store, out)
+    assert list(csv.reader(io.StringIO(out.getvalue()))) == [[cell], ["-1.5", cell, ""]]
+
+
 def test_every_heading_of_a_csv_has_a_cell(folder: Path) -> None:
     """Case 51: the names that are refused come from the columns that are written."""
     with Store.open(folder) as store:

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from swarmevo.printable import printable
 from swarmevo.views import text
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ def _terminal() -> Console | None:
 
 def _line(now: Progress) -> str:
     objective, best = next(iter(now.best.items()))
-    return (
+    return printable(
         f"trial {now.trial}/{now.trials - 1}, generation {now.generation}/{now.generations - 1}: "
         f"best {objective} {text.number(best)}, front {now.front_size}, {now.new_genomes} new, "
         f"{text.throughput(now.episodes_per_second, 'episodes')}, {text.clock(now.eta_seconds)} left"
@@ -129,7 +130,7 @@ def _line(now: Progress) -> str:
 def _short_line(now: Progress) -> str:
     """Return what fits beside a bar on 80 columns."""
     objective, best = next(iter(now.best.items()))
-    return (
+    return printable(
         f"trial {now.trial}/{now.trials - 1} gen {now.generation}/{now.generations - 1}  "
         f"{objective} {text.number(best)}  front {now.front_size}  {now.new_genomes} new  "
         f"{text.throughput(now.episodes_per_second, 'ep')}  ETA {text.clock(now.eta_seconds)}"
