@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -184,12 +185,14 @@ def _numbers(title: str, method: str, values: object, shape: tuple[int, ...]) ->
     return found
 
 
-def check_names(objectives: Sequence[Objective]) -> None:
-    """Refuse two objectives of one name.
+def check_together(objectives: Sequence[Objective]) -> None:
+    """Refuse two objectives of one name, and ranges whose hypervolume is no finite number.
 
     Raises:
         EvaluationError: There are.
     """
+    if not math.isfinite(math.prod(high - low for low, high in (objective.range for objective in objectives))):
+        raise EvaluationError("fitness: expected ranges of objectives whose product is finite; make them narrower")
     names = [objective.name for objective in objectives]
     for name in names:
         if names.count(name) > 1:

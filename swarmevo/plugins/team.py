@@ -19,7 +19,7 @@ from swarmevo.plugins.checked import (
     CheckedController,
     CheckedFitness,
     JudgedController,
-    check_names,
+    check_together,
 )
 from swarmevo.plugins.registry import individual_space, option_errors, settled_options
 from swarmevo.protocols import FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
@@ -67,7 +67,7 @@ class Team:
         self._controller = CheckedController(settings, self.scene.info)
         self._fitness = [CheckedFitness(name, options) for name, options in settings.fitness.items()]
         self.objectives: list[Objective] = [objective for one in self._fitness for objective in one.objectives]
-        check_names(self.objectives)
+        check_together(self.objectives)
         self.channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
         """Telemetry that the fitness functions need."""
         self.space: GenomeSpace = individual_space(self._controller.space, settings.team)

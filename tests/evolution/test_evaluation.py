@@ -21,6 +21,7 @@ from swarmevo.evolution import evaluation, threads
 from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
 from swarmevo.evolution.jobs import Job, run_job
 from swarmevo.evolution.results import Results, joined
+from swarmevo.plugins.checked import check_together
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import Compiled, FloatArray, Objective
 from toy_plugins import HIDDEN
@@ -579,3 +580,11 @@ def test_a_fitness_gets_checked_complexities() -> None:
         evaluate(config, genomes_for(config, 1))
     assert str(error.value).count("controller.toy_odd_controller (toys 1.0): complexity: expected an array") == 1
     assert "fitness" not in str(error.value)
+
+
+def test_a_hypervolume_is_always_finite() -> None:
+    """Case 22: so that whatever is shown or exported is valid JSON."""
+    widest = [Objective(f"objective {i}", "minimise", (-returned.LARGEST, returned.LARGEST)) for i in range(7)]
+    check_together(widest[:6])
+    with pytest.raises(EvaluationError, match=r"^fitness: expected ranges of objectives whose product is finite"):
+        check_together(widest)

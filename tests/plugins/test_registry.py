@@ -291,6 +291,7 @@ def test_an_option_of_another_type_is_refused(typed: Any, option: str, problem: 
 
 
 def test_an_option_is_a_copy(distribution: Install) -> None:
+    """Case 59: a factory that changes its list changes nothing in the configuration that is stored."""
     optimiser(distribution, "typed", "typed:Typed", TYPED)
     given = {"l": ["a"], "free": [1]}
     made = make("typed", **given).given
