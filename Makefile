@@ -28,7 +28,7 @@ FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
 
 CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
-SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
+SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
 
 # What a target needs installed: the extra $(1), or nothing more where the checkout itself is installed.
 needs = $(if $(wildcard $(VENV)/installed-dev),dev,$(VENV)/installed$(1:%=-%))
@@ -133,12 +133,12 @@ $(BIN)/python: | build/system
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q ".$(if $*,[$(patsubst -%,%,$*)])"
+	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])"
 	touch $@
 
 # The stamps of the other installations go: there is one swarmevo in .venv.
-$(VENV)/installed-dev: pyproject.toml CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
-	$(BIN)/pip install -q -e ".[test,lint,docs]" --config-settings=build-dir=build/dev
+$(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
+	$(BIN)/pip install -q -c constraints.txt -e ".[test,lint,docs]" --config-settings=build-dir=build/dev
 	rm -f $(VENV)/installed*
 	touch $@
 

@@ -7,6 +7,8 @@ import re
 import tomllib
 from pathlib import Path
 
+from packaging.requirements import Requirement
+
 ROOT = Path(__file__).parents[2]
 MAKEFILE, CI = (ROOT / "Makefile").read_text(), (ROOT / ".ci" / "run").read_text()
 NOTICE = (ROOT / "NOTICE").read_text()
@@ -32,6 +34,18 @@ def test_ci_runs_sanitizers_and_a_short_fuzz() -> None:
     assert {"sanitize", "fuzz-native", "FUZZ_SECONDS=5"} <= made_by_ci()
     (packages,) = re.findall(r"^FUZZ_PACKAGES := (.*)$", MAKEFILE, re.MULTILINE)
     assert set(packages.split()) == {"clang", "libclang-rt-dev"}
+
+
+def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() -> None:
+    """Case 42: and no pin is below a declared bound."""
+    pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    for declared in map(Requirement, project["dependencies"] + extras["test"] + extras["lint"] + extras["docs"]):
+        assert pins[declared.name.lower()] in declared.specifier, declared
+    installs = re.findall(r"pip install -q (?!\"\$\$)(.*)$", MAKEFILE, re.MULTILINE)  # but for ruff, of its own pin
+    assert len(installs) == 2
+    assert all("-c constraints.txt" in install for install in installs)
 
 
 def test_the_notice_names_what_the_library_is_made_of() -> None:
