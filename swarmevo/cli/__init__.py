@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from swarmevo.cli.common import Verb, app, main
+from swarmevo.cli.common import Verb, app, main, program
 
-__all__ = ["VERBS", "main"]
+__all__ = ["VERBS", "main", "program"]
 
 # In the order of --help.
 VERBS = ("evolve", "show", "verify", "export", "test", "report", "replay", "plugins", "doctor")

@@ -11,16 +11,18 @@ import os
 import re
 import signal
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, ClassVar, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
+from swarmevo.cli.process import own_stdout, run
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
 from swarmevo.printable import printable
 
@@ -42,10 +44,16 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run ``swarmevo``; exits."""
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        app(args=_repeat_set(given), prog_name="swarmevo")
+        with own_stdout():
+            app(args=_repeat_set(given), prog_name="swarmevo")
     except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
         exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
     raise SystemExit(0)
+
+
+def program() -> NoReturn:
+    """Be the process ``swarmevo``."""
+    run(main)
 
 
 def _repeat_set(arguments: Sequence[str]) -> list[str]:
@@ -154,10 +162,18 @@ def team_sizes(text: str, most: int = _LARGEST_TEAM) -> list[int]:
 
 
 class StopOnSignal:
-    """Whether Ctrl-C or SIGTERM asked to stop. The second signal acts as if nobody listened."""
+    """Whether Ctrl-C or SIGTERM asked to stop. The second signal acts as if nobody listened.
+
+    An optimiser works in the main thread and may hang there: it is left at once. Nothing is lost, for a generation's
+    episodes are kept as they come. Processes that a plugin forks get back the handlers that were there before, or
+    nobody could end them with SIGTERM.
+    """
+
+    _listening: ClassVar[StopOnSignal | None] = None
 
     def __init__(self) -> None:
         self._wanted = self._said = False
+        self._before: dict[int, Any] = {}
 
     def __enter__(self) -> StopOnSignal:
         self._before = {
@@ -165,15 +181,21 @@ class StopOnSignal:
             for number in (signal.SIGINT, signal.SIGTERM)
             if signal.getsignal(number) is not signal.SIG_IGN  # as nohup and background jobs have it
         }
+        StopOnSignal._listening = self
         return self
 
     def __exit__(self, *_: object) -> None:
+        StopOnSignal._listening = None
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self._wanted = True
         self.__exit__()
+        calls = sys.modules.get("swarmevo.plugins.calls")
+        if calls and calls.in_plugin():
+            self()
+            raise calls.StopNow
 
     def __call__(self) -> bool:
         """Return whether to stop; the first time that it is so, say it."""
@@ -181,6 +203,31 @@ class StopOnSignal:
             self._said = True
             say("stopping; once more to stop at once")
         return self._wanted
+
+    @classmethod
+    def forked(cls) -> None:
+        """Listen no more, in a process that was forked."""
+        if cls._listening:
+            cls._listening.__exit__()
+
+
+_masks = threading.local()  # signals that a thread which forks had blocked before
+
+
+def _before_fork() -> None:
+    _masks.before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))  # none may get lost
+
+
+def _after_fork() -> None:
+    signal.pthread_sigmask(signal.SIG_SETMASK, _masks.before)
+
+
+def _after_fork_in_child() -> None:
+    StopOnSignal.forked()
+    _after_fork()
+
+
+os.register_at_fork(before=_before_fork, after_in_parent=_after_fork, after_in_child=_after_fork_in_child)
 
 
 @contextmanager

@@ -61,7 +61,8 @@ def evolve(
     from swarmevo.runs import driver
 
     folder = out or driver.default_folder(Path(config or "quick").stem, chosen)
-    driver.begin(folder, chosen)
+    with interruptible("nothing was written") as stop:
+        driver.begin(folder, chosen, stop)
     say(f"run {folder}, seed {chosen.evolution.seed}")
     _go_on(folder, count, scheduler)
 

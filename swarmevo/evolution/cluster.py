@@ -26,7 +26,7 @@ from swarmevo.errors import ClusterError, EvaluationError, Interrupted, PluginEr
 from swarmevo.evolution.identity import Identity, difference, identity
 from swarmevo.evolution.jobs import Job, run_job
 from swarmevo.evolution.results import Results
-from swarmevo.plugins.checked import one_line
+from swarmevo.plugins.calls import one_line
 from swarmevo.simulation.library import cpu
 
 if TYPE_CHECKING:

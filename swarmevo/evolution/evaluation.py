@@ -200,12 +200,13 @@ class Evaluator:
             self._episode_seconds = sum(result.seconds for result in results) / sum(map(len, results))
         if known is not None:
             results.append(_without(known, jobs))
-        return self._evaluation(joined(results), time.perf_counter() - started)
+        where = f"trial {trial}, generation {generation}"
+        return self._evaluation(joined(results), time.perf_counter() - started, where)
 
-    def _evaluation(self, episodes: Results, seconds: float) -> Evaluation:
-        """Return what all episodes of an evaluation mean."""
+    def _evaluation(self, episodes: Results, seconds: float, where: str) -> Evaluation:
+        """Return what all episodes of an evaluation mean; ``where``: of which generation they are, in words."""
         if all(episodes.faults):
-            raise EvaluationError(f"every episode of the generation failed; the first: {episodes.faults[0]}")
+            raise EvaluationError(f"{where}: every episode failed; individual 0, repeat 0: {episodes.faults[0]}")
         costs = to_costs(self.objectives, mean_over_repeats(episodes.grid("objective")))
         return Evaluation(episodes, costs, seconds)
 

@@ -7,7 +7,7 @@ the several worlds of its job at once; its jobs are therefore cut the same way o
 
 An episode fails when the physics, the controller or a fitness does. Then the run ends, or, with ``evolution.on_fault:
 worst``, the episode gets the worst objectives. A job that fails as a whole is run again episode by episode, so that
-only those episodes fail which do so alone.
+only those episodes fail which do so alone, and the line that ends a run names the one.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callabl
     except processes.Lost as lost:
         reason = f"the episode {lost}"
         if not setup.goes_on:
-            raise EvaluationError(f"{_place(job, 0)}{_others(job)}: {reason} (evolution.episode_timeout)") from lost
+            raise EvaluationError(f"{place(job)}: {reason} (evolution.episode_timeout)") from lost
         if len(job.episodes) == 1:
             return setup.failed(job, reason, time.perf_counter() - started)
         return joined([_run_supervised(config_json, setup, job.alone(i), cancelled) for i in range(len(job.episodes))])
@@ -105,11 +105,6 @@ def _warm_up(config_json: str) -> Identity:
 
 def _run_here(config_json: str, job: Job) -> Results:
     return _setup(config_json).run(job, never)
-
-
-def _others(job: Job) -> str:
-    more = len(job.episodes) - 1
-    return f", or one of the {more} episodes after it" if more else ""
 
 
 _THREAD = threading.local()  # a cache: what a thread made from the configuration that it saw last
@@ -144,11 +139,13 @@ class Setup:
         try:
             return self._run(job, cancelled)
         except EvaluationError as error:
-            if not self.goes_on:
-                raise
-            if len(job.episodes) == 1:
-                return self.failed(job, str(error), time.perf_counter() - started)
-            return joined([self.run(job.alone(i), cancelled) for i in range(len(job.episodes))])
+            if len(job.episodes) > 1:
+                alone = [self.run(job.alone(i), cancelled) for i in range(len(job.episodes))]
+                if self.goes_on:
+                    return joined(alone)
+            if not self.goes_on:  # of several episodes none fails alone
+                raise EvaluationError(f"{error}, in {place(job)}") from error
+            return self.failed(job, str(error), time.perf_counter() - started)
 
     def _run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         started = time.perf_counter()
@@ -156,7 +153,7 @@ class Setup:
         failed = np.flatnonzero(done.status)
         if len(failed):
             first = int(failed[0])
-            raise EvaluationError(f"{_place(job, first)}: the episode failed: {done.messages[first]}")
+            raise EvaluationError(f"the episode failed: {done.messages[first]}")
         judged = [self.team.judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
         left = {"objective": np.array(judged)}
         left |= {name: getattr(done, name) for name in _SIMULATED}
@@ -188,6 +185,8 @@ _SIMULATED: Final = [column.name for column in COLUMNS if column.axis != "object
 """What the simulator tells of an episode."""
 
 
-def _place(job: Job, i: int) -> str:
-    key = job.episodes[i]
-    return f"trial {key.trial}, generation {key.generation}, individual {job.individuals[i]}, repeat {key.repeat}"
+def place(job: Job) -> str:
+    """Return which episodes a job has, in words."""
+    key, more = job.episodes[0], len(job.episodes) - 1
+    first = f"trial {key.trial}, generation {key.generation}, individual {job.individuals[0]}, repeat {key.repeat}"
+    return f"{first}, or one of the {more} episodes after it" if more else first

@@ -86,7 +86,7 @@ class Journal(Protocol):
         ...
 
 
-def rehearse(config: Config) -> None:
+def rehearse(config: Config, stop: Callable[[], bool] = never) -> None:
     """Evaluate an individual once, to find what shows only then: plugins that do not fit together, say.
 
     It has random weights and every switch on, so that it is as large as any that evolution can come upon. Nothing is
@@ -95,6 +95,7 @@ def rehearse(config: Config) -> None:
     Raises:
         ConfigError: The evaluation failed.
         EvaluationError, PluginError, SimulatorError: The plugins or the scene cannot be made.
+        Interrupted: ``stop`` said so.
     """
     if config.evolution.on_fault == "worst":
         return
@@ -103,7 +104,7 @@ def rehearse(config: Config) -> None:
         largest = random_genomes(evaluator.space, 1)
         largest[:, evaluator.space.is_switch] = 1.0
         try:
-            evaluator.evaluate(largest, trial=0, generation=0)
+            evaluator.evaluate(largest, trial=0, generation=0, stop=stop)
         except EvaluationError as error:
             raise ConfigError(f"{error} (found in a rehearsal, in an individual with every switch on)") from error
 

@@ -13,6 +13,7 @@ import numpy as np
 from swarmevo import plugins, returned, simulation
 from swarmevo.config import Config, Team
 from swarmevo.errors import EvaluationError, Interrupted, InvalidArgument, SwarmevoError
+from swarmevo.plugins.calls import blamed, one_line
 from swarmevo.plugins.registry import individual_space
 from swarmevo.protocols import (
     CHANNELS,
@@ -157,19 +158,16 @@ def plugin_title(kind: str, name: str) -> str:
     return f"{kind}.{name} ({plugins.find(kind, name).origin})"
 
 
-def one_line(error: BaseException) -> str:
-    """Return an exception's type and message as one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
-
-
 def _call(title: str, method: str, function: Callable[..., Any], *arguments: object) -> Any:
     """Call a plugin's method."""
-    try:
+
+    def explain(error: BaseException) -> SwarmevoError:
+        if isinstance(error, SwarmevoError):  # of another plugin that this one asked, and named in it
+            return error
+        return EvaluationError(f"{title}: {method} raised {one_line(error)}")
+
+    with blamed(explain):
         return function(*arguments)
-    except SwarmevoError:  # of another plugin that this one asked, and named in it
-        raise
-    except Exception as error:  # whatever a stranger's plugin raises
-        raise EvaluationError(f"{title}: {method} raised {one_line(error)}") from error
 
 
 def _check(title: str, method: str, check: Callable[..., Any], *values: object) -> Any:

@@ -7,6 +7,7 @@ it is chosen.
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 from collections import Counter
@@ -24,6 +25,7 @@ from swarmevo.config import Config, Team, did_you_mean
 from swarmevo.config.yaml import plain
 from swarmevo.errors import PluginError
 from swarmevo.plugins import sources
+from swarmevo.plugins.calls import blamed, message, one_line
 from swarmevo.plugins.options import Factory, Option, of_name, settled
 from swarmevo.plugins.options import options as options_of
 from swarmevo.protocols import (
@@ -156,10 +158,8 @@ def load(entry: PluginEntry) -> Factory:
     """
     point = metadata.EntryPoint(entry.name, entry.target, GROUPS[entry.kind])
     files = entry.files
-    try:
+    with blamed(lambda error: PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it")):
         factory = point.load()
-    except (Exception, SystemExit) as error:  # whatever a stranger's module does when imported
-        raise PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it") from error
     sources.note_import(entry.target, files)
     if not callable(factory):
         raise PluginError(f"{entry}: expected a factory that can be called, got {type(factory).__name__}")
@@ -221,21 +221,21 @@ def option_errors(config: Config) -> list[str]:
     controllers = _try_all("controller", config.controller, errors)
     judges = _try_all("fitness", config.fitness, errors)
     try:
-        space = _space(config, *controllers)
-        objectives = sum(len(judge.objectives) for judge in judges) or 1
-    except Exception as error:  # whatever a stranger's plugin raises
-        return [*errors, f"controller.{next(iter(config.controller))}: {_reason(error)}"]
+        space = _space(config, *controllers.values())
+        objectives = sum(_objectives(name, judge) for name, judge in judges.items()) or 1
+    except PluginError as error:
+        return [*errors, *error.errors]
     host = (space, config.evolution.population, objectives, np.random.default_rng(0))
     _try_all("optimiser", config.optimiser, errors, *host)
     return errors
 
 
-def _try_all(kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any) -> list[Any]:
-    """Make the chosen plugins of a kind; append what is wrong to ``errors``."""
-    made = []
+def _try_all(kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any) -> dict[str, Any]:
+    """Make the chosen plugins of a kind, by name; append what is wrong to ``errors``."""
+    made = {}
     for name, options in chosen.items():
         try:
-            made.append(create(kind, name, options, *args))
+            made[name] = create(kind, name, options, *args)
         except PluginError as error:
             errors += error.errors
     return made
@@ -247,7 +247,15 @@ def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
         return _ANY_SPACE
     steps = round(config.episode.horizon / config.episode.control_period)
     scene = SceneInfo(config.team.robots, steps, config.episode.control_period)
-    return individual_space(returned.space(controller.space(scene)), config.team)
+    name = next(iter(config.controller))
+    with blamed(lambda error: PluginError(f"controller.{name}: {_reason(error)}")):
+        return individual_space(returned.space(controller.space(scene)), config.team)
+
+
+def _objectives(name: str, judge: Fitness) -> int:
+    """Return how many objectives a fitness function has."""
+    with blamed(lambda error: PluginError(f"fitness.{name}: objectives: {_reason(error)}")):
+        return len(judge.objectives)
 
 
 def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
@@ -256,14 +264,15 @@ def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
 
 
 def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *args: Any) -> Any:
-    try:
-        plugin = factory(*args, **options)
-    except (Exception, SystemExit) as error:  # whatever a stranger's factory raises
+    def refused(error: BaseException) -> PluginError:
         # Where the message begins with an option, it reads as that option's place in the configuration.
         reason = _reason(error)
         mark = "." if reason.split(":")[0] in options else ": "
-        raise PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})") from error
-    lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]
+        return PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})")
+
+    with blamed(refused):
+        plugin = factory(*args, **options)
+        lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]  # a property is code, too
     if all(lacking):
         raise PluginError(f"{entry}: expected the methods of the protocol, got none called {' or '.join(lacking)}")
     return plugin
@@ -309,10 +318,15 @@ def _option_errors(entry: PluginEntry, known: Sequence[Option], given: Mapping[s
 def _lacking(plugin: object, protocol: type) -> str:
     """Return the names in ``protocol`` that a plugin does not have."""
     names = {name for base in protocol.__mro__ for name in vars(base) if not name.startswith("_")}
-    return ", ".join(sorted(name for name in names if not hasattr(plugin, name)))
+    return ", ".join(sorted(name for name in names if not _has(plugin, name)))
+
+
+def _has(plugin: object, name: str) -> bool:
+    """Return whether a plugin has an attribute, without asking a property, which may raise, what it is."""
+    return inspect.getattr_static(plugin, name, None) is not None or hasattr(plugin, name)
 
 
 def _reason(error: BaseException) -> str:
     """Return an exception's message as one line; with its type unless it is a ValueError."""
-    message = " ".join(str(error).split())
-    return message if message and isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
+    said = message(error)
+    return said if said and isinstance(error, ValueError) else one_line(error)

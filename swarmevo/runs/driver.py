@@ -13,7 +13,7 @@ from typing import Any, Final
 from swarmevo import config as configuration
 from swarmevo import plugins
 from swarmevo.config import Config
-from swarmevo.errors import ConfigError, ExportError, StoreError
+from swarmevo.errors import ConfigError, ExportError, Interrupted, StoreError
 from swarmevo.evolution import loop
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.loop import Progress
@@ -34,18 +34,22 @@ def default_folder(name: str, config: Config) -> Path:
     return Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
 
 
-def begin(folder: str | os.PathLike[str], config: Config) -> None:
+def begin(folder: str | os.PathLike[str], config: Config, stop: Callable[[], bool] = never) -> None:
     """Make the folder of a new run, ready for :func:`evolve`.
 
     Args:
         folder: Must not exist.
         config: With a seed (``config.seeded``).
+        stop: Asked during the rehearsal.
 
     Raises:
         ConfigError, EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
+        Interrupted: ``stop`` said so; no folder is made.
         StoreError: The folder exists or cannot be made.
     """
-    loop.rehearse(config)
+    loop.rehearse(config, stop)
+    if stop():
+        raise Interrupted
     with Evaluator(config, workers=1) as evaluator:
         check_names(evaluator)
         CheckedOptimiser(config, evaluator, trial=0)  # refuses what cannot be made

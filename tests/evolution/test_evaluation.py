@@ -431,7 +431,10 @@ def test_a_native_controller_that_fails_is_named(fault: str, told: str) -> None:
 
 @pytest.mark.parametrize(
     ("fault", "told"),
-    [("raises", "act raised KeyError"), ("shape", "act: expected an array of shape (4, 2, 2), got (3,)")],
+    [
+        ("raises", "act raised KeyError"),
+        ("shape", "act: expected an array of shape (1, 2, 2), got (3,), in trial 0, generation 0, individual 0"),
+    ],
 )
 def test_a_controller_in_python_that_fails_is_named(fault: str, told: str) -> None:
     config = toy_plugins.config(controller={"toy_linear": {"fault": fault}})
@@ -457,7 +460,7 @@ def test_an_episode_that_fails_names_its_individual(monkeypatch: pytest.MonkeyPa
     config = toy_plugins.config()
     with pytest.raises(EvaluationError) as error:
         evaluate(config, genomes_for(config, 1), generation=4)
-    assert_one_line(error, "trial 0, generation 4, individual 0, repeat 1: the episode failed: ODE: LCP went astray")
+    assert_one_line(error, "the episode failed: ODE: LCP went astray, in trial 0, generation 4, individual 0, repeat 1")
 
 
 def test_an_evaluator_needs_a_seed_and_a_number_of_workers() -> None:
