@@ -204,5 +204,7 @@ def _connect(address: str) -> Client:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters comes as an error of one line
     try:
         return Client(address, timeout=CONNECT_SECONDS, set_as_default=False, name="swarmevo")
+    except TypeError as error:  # so Dask says that it has no certificates
+        raise ClusterError(f"{address}: expected certificates in Dask's configuration: {one_line(error)}") from error
     except (OSError, ValueError, TimeoutError) as error:
         raise ClusterError(f"{address}: no Dask scheduler answers; start one with: dask scheduler") from error

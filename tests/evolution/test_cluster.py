@@ -312,3 +312,9 @@ def test_dask_is_imported_for_a_cluster_alone() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "none\n"
+
+
+def test_a_scheduler_behind_tls_needs_certificates() -> None:
+    """Case 72."""
+    with pytest.raises(ClusterError, match="expected certificates in Dask's configuration"):
+        cluster.backend("tls://127.0.0.1:1", print)(settings().model_dump_json(), 1)
