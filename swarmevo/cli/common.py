@@ -2,7 +2,7 @@
 """What the verbs share: the application, exit codes, errors as single lines, types of arguments, signals.
 
 Data goes to stdout, progress and errors to stderr. Exit codes: 0 done, 1 failed, 2 usage or configuration, 130
-interrupted.
+interrupted, 141 the reader of our pipe is gone.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ import typer
 from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
+from swarmevo.cli import streams
 from swarmevo.cli.process import own_stdout, run
+from swarmevo.cli.streams import FAILED as FAILED
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
 from swarmevo.printable import printable
 
-FAILED = 1
 USAGE = 2
 INTERRUPTED = 130
 
@@ -43,11 +44,11 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run ``swarmevo``; exits."""
     given = sys.argv[1:] if arguments is None else arguments
-    try:
-        with own_stdout():
+    with own_stdout(), streams.guarded():
+        try:
             app(args=_repeat_set(given), prog_name="swarmevo")
-    except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
-        exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
+        except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
+            exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
     raise SystemExit(0)
 
 

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
 
+from swarmevo.cli import streams
 from swarmevo.cli.common import USAGE, Run, app, exit_with, without_effect, writing
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def export(
         exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
     with Store.open(run) as store:
         text = "" if controller is None else _controller(store, controller, form, robot)
-        with writing(out), out.open("x", encoding="utf-8") if out else nullcontext(sys.stdout) as stream:
+        with writing(out), out.open("x", encoding="utf-8") if out else nullcontext(streams.data()) as stream:
             _write(store, stream, text, as_csv)
 
 
