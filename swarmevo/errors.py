@@ -35,6 +35,10 @@ class StoreError(SwarmevoError):
     """A run folder cannot be made, read or written. What was stored before is intact."""
 
 
+class OutputError(SwarmevoError):
+    """A file cannot be written. What was there before is intact, and nothing new is left."""
+
+
 class SimulatorError(SwarmevoError, RuntimeError):
     """The native library failed or refused."""
 

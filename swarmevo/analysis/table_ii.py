@@ -18,8 +18,7 @@ import pydantic
 
 from swarmevo.errors import StoreError
 from swarmevo.protocols import FloatArray
-from swarmevo.runs import checksums
-from swarmevo.runs.files import write_atomically
+from swarmevo.runs import checksums, files
 from swarmevo.runs.store import Store
 
 FILE: Final = "table_ii.json"
@@ -161,16 +160,13 @@ def save(assessment: Assessment, folder: Path) -> Path:
         folder: Of the run.
 
     Raises:
-        StoreError: It cannot be written.
+        OutputError: It cannot be written.
         ValueError: It is of another world.
     """
     if assessment.changes:
         raise ValueError(f"assessment: expected one in the run's own world, got {', '.join(assessment.changes)}")
     file = folder / FILE
-    try:
-        write_atomically(file, json.dumps(sealed(json.loads(as_json(assessment))), indent=2) + "\n")
-    except OSError as error:
-        raise StoreError(f"{file}: {error.strerror or error}") from error
+    files.write(file, json.dumps(sealed(json.loads(as_json(assessment))), indent=2) + "\n")
     return file
 
 

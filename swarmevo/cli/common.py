@@ -110,15 +110,6 @@ def exit_with(code: int, *errors: str) -> NoReturn:
     raise SystemExit(code)
 
 
-@contextmanager
-def writing(file: Path | None) -> Iterator[None]:
-    """Exit with one line if what is written here, by default ``file``, cannot be written."""
-    try:
-        yield
-    except OSError as error:
-        exit_with(FAILED, f"{error.filename or file}: {error.strerror or error}")
-
-
 # ---- arguments -------------------------------------------------------------------------------------------------------
 
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", exists=True, file_okay=False)]

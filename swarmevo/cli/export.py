@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 import typer
 
 from swarmevo.cli import streams
-from swarmevo.cli.common import USAGE, Run, app, exit_with, without_effect, writing
+from swarmevo.cli.common import USAGE, Run, app, exit_with, without_effect
 
 if TYPE_CHECKING:
     from swarmevo.runs.store import Store
@@ -34,6 +34,7 @@ def export(
     ] = None,
 ) -> None:
     """Write a run, or one of its controllers, for other programs."""
+    from swarmevo.runs import files
     from swarmevo.runs.store import Store
 
     if as_csv + as_json + (controller is not None) != 1:
@@ -46,7 +47,7 @@ def export(
         exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
     with Store.open(run) as store:
         text = "" if controller is None else _controller(store, controller, form, robot)
-        with writing(out), out.open("x", encoding="utf-8") if out else nullcontext(streams.data()) as stream:
+        with files.opened(out, fresh_only=True) if out else nullcontext(streams.data()) as stream:
             _write(store, stream, text, as_csv)
 
 

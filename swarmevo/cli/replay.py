@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, say, team_sizes, without_effect, writing
+from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, say, team_sizes, without_effect
 
 _SIDE_BY_SIDE = 8  # replays in a page
 
@@ -99,8 +99,9 @@ def _seconds(text: str | None) -> tuple[float, float] | None:
 
 
 def _write_page(file: Path, page: str) -> None:
-    with writing(file):
-        file.write_text(page, encoding="utf-8")
+    from swarmevo.runs import files
+
+    files.write(file, page)
     print(file)
 
 

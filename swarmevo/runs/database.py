@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
-from swarmevo.errors import StoreError
+from swarmevo.errors import OutputError, StoreError
 from swarmevo.protocols import Objective
 from swarmevo.runs import checksums
+from swarmevo.runs.files import refusal
 from swarmevo.runs.schema import APPLICATION_ID, SCHEMA_VERSION, tables
 
 DATABASE_FILE: Final = "run.sqlite"
@@ -189,4 +190,6 @@ def explained(folder: Path) -> Iterator[None]:
     except UnicodeDecodeError as error:
         raise StoreError(f"{folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
     except OSError as error:
-        raise StoreError(f"{error.filename or folder}: {error.strerror or error}") from error
+        raise StoreError(refusal(error, error.filename or folder)) from error
+    except OutputError as error:
+        raise StoreError(*error.errors) from error

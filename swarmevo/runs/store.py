@@ -26,7 +26,7 @@ from typing import Any, Final, Self
 from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.protocols import FloatArray, Objective
-from swarmevo.runs import checksums
+from swarmevo.runs import checksums, files
 from swarmevo.runs.database import (
     ADVICE,
     DATABASE_FILE,
@@ -38,7 +38,7 @@ from swarmevo.runs.database import (
     prepare_to_write,
     seal_run,
 )
-from swarmevo.runs.files import WatchedFile, write_atomically
+from swarmevo.runs.files import WatchedFile
 from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
 from swarmevo.runs.lock import WriterLock
 from swarmevo.runs.reader import StoreReader
@@ -232,7 +232,7 @@ class Store(StoreReader):
             self._database.execute("UPDATE run SET next_config_sha256 = ?", (digest,))
             seal_run(self._database)
         with explained(self.folder):
-            write_atomically(self.config_path, config_yaml)
+            files.write(self.config_path, config_yaml)
         self._next_config_sha256 = digest
         self.__dict__.pop("config", None)  # it was cached
         self._settle_config()

@@ -398,7 +398,7 @@ def test_the_command(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture
     assert call("--controller", 2, "--as", "epuck", "--out", file) == (0, "", "")
     assert "swarmevo_step" in file.read_text()
     code, _, err = call("--csv", "--out", file)
-    assert (code, err) == (1, f"error: {file}: File exists\n")
+    assert (code, err) == (1, f"error: {file}: exists already and is never overwritten; choose another name\n")
     for wrong in ([], ["--csv", "--json"], ["--controller", 1, "--as", "c++"]):
         code, _, err = call(*wrong)
         assert code == 2

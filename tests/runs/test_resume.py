@@ -33,7 +33,7 @@ from swarmevo.evolution.loop import Progress
 from swarmevo.evolution.results import Results, joined
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins.team import never
-from swarmevo.runs import driver, provenance, store
+from swarmevo.runs import driver, files, provenance
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve, extend
 from swarmevo.runs.folder import CONFIG_FILE
@@ -322,7 +322,7 @@ def test_a_kill_while_a_run_is_extended_leaves_the_old_length_or_the_new(
 
     def extend_and_die() -> None:
         if moment == "before the file":
-            monkeypatch.setattr(store, "write_atomically", die)
+            monkeypatch.setattr(files, "write", die)
         elif moment == "in the file":
             monkeypatch.setattr(os, "fsync", die)
         elif moment == "before the rename":

@@ -151,7 +151,7 @@ def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = (
 
 
 def _send_page(handler: BaseHTTPRequestHandler, page: str) -> None:
-    content = page.encode()
+    content = page.encode(errors="backslashreplace")  # of a path that is no UTF-8
     handler.send_response(HTTPStatus.OK)
     handler.send_header("Content-Type", "text/html; charset=utf-8")
     handler.send_header("Content-Length", str(len(content)))
