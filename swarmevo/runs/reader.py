@@ -106,7 +106,8 @@ class StoreReader(RunFolder):
     @readable
     def generations(self, trial: int) -> int:
         """Return how many generations of a trial are stored: 0 to this less one."""
-        return int(self._rows("SELECT COUNT(*) FROM generation WHERE trial = ?", trial)[0][0])
+        ((last,),) = self._rows("SELECT MAX(number) FROM generation WHERE trial = ?", trial)  # without counting them
+        return 0 if last is None else int(last) + 1
 
     def episodes_stored(self) -> int:
         """Return how many episodes are stored, of all trials."""

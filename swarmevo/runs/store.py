@@ -95,8 +95,8 @@ class Store(StoreReader):
                 raise StoreError(f"{folder}: exists already and is never overwritten; choose another name") from error
         try:
             with explained(folder):
-                write_atomically(folder / CONFIG_FILE, config_yaml)
-                write_atomically(folder / PROVENANCE_FILE, json.dumps(provenance, indent=2) + "\n")
+                files.write(folder / CONFIG_FILE, config_yaml)
+                files.write(folder / PROVENANCE_FILE, json.dumps(provenance, indent=2) + "\n")
                 digest = checksums.sha256(config_yaml.encode())
                 create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
             return cls.open(folder, readonly=False)

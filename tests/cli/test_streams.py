@@ -28,7 +28,7 @@ VERBS = {
     "test": ["test", "{run}", "--robots", "1", "--repeats", "1", "--set", "episode.horizon=1"],
     "replay": ["replay", "{run}", "--html", "{run}/../page.html"],
     "resume": ["resume", "{run}"],
-    "dry run": ["evolve", "--dry-run", "--set", "evolution.population=3", "episode.horizon=1"],
+    "dry run": ["evolve", "--dry-run", "--set", "evolution.population=4", "episode.horizon=1"],
     "plugins": ["plugins"],
     "check": ["plugins", "check", "pde"],
 }

@@ -49,9 +49,11 @@ def test_what_was_there_stays_when_writing_fails(tmp_path: Path, before: str | N
             stream.write("ne")
             raise error
 
-    expected, said = (OutputError, rf"^no space left on {tmp_path}; free some, then try again$")
-    with pytest.raises(expected if isinstance(error, OSError) else KeyboardInterrupt, match=said if error.args else ""):
+    expected = OutputError if isinstance(error, OSError) else KeyboardInterrupt
+    with pytest.raises(expected) as raised:
         half()
+    if expected is OutputError:
+        assert str(raised.value) == f"no space left on {tmp_path}; free some, then try again"
     assert everything(tmp_path) == there
 
 

@@ -228,6 +228,16 @@ def test_a_generation_is_stored_without_reading_all_before_it(connections: Conne
     assert not any(plan.startswith("SCAN") and "in_flight" not in plan for plan in plans)
 
 
+def test_the_next_generation_is_known_without_counting_those_before_it(connections: Connections, store: Store) -> None:
+    """Case 64: it is asked for with every job whose episodes are kept."""
+    store.append(0, 0, generation(), "{}")
+    with traced(connections[-1]) as statements:
+        assert store.generations(0) == 1
+    (query,) = statements
+    assert "MAX(number)" in query  # of a primary key, which SQLite looks up
+    assert store.generations(1) == 0
+
+
 def test_a_generation_survives_a_power_failure_and_what_is_kept_need_not(
     connections: Connections, store: Store
 ) -> None:
