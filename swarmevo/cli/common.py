@@ -44,7 +44,7 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run ``swarmevo``; exits."""
     given = sys.argv[1:] if arguments is None else arguments
-    with own_stdout(), streams.guarded():
+    with streams.guarded(), own_stdout():
         try:
             app(args=_repeat_set(given), prog_name="swarmevo")
         except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
