@@ -5,14 +5,15 @@
 #   make test      all tests, native ones included
 #   make lint      formatting, types, the direction of imports, declared dependencies
 #   make fix       format Python and C++, and mend what ruff can
-#   make sanitize  the native tests under address, undefined-behaviour and thread sanitizers
+#   make sanitize  the native tests under address and undefined-behaviour sanitizers, those of threads under the thread one
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
+#   make fuzz-native  the first half of it
 #   make validation  measure the physics and write docs/validation.md; half an hour
 #   make docs      docs/configuration.md, channels.md and episodes.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: dev evolve test test-native test-python lint fix sanitize fuzz validation docs clean FORCE
+.PHONY: dev evolve test test-native test-python lint fix sanitize fuzz fuzz-native validation docs clean FORCE
 
 PYTHON ?= python3
 VENV := .venv
@@ -27,7 +28,7 @@ FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
 
 CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
-SOURCES := pyproject.toml CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
+SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
 
 # What a target needs installed: the extra $(1), or nothing more where the checkout itself is installed.
 needs = $(if $(wildcard $(VENV)/installed-dev),dev,$(VENV)/installed$(1:%=-%))
@@ -68,16 +69,23 @@ fix: build/system-lint | $(BIN)/python
 	$(BIN)/ruff format .
 	clang-format -i $(CPP_FILES)
 
+# The thread sanitizer is slow, and tests without threads have nothing for it.
+THREADED_TESTS := *test_pool.cpp,*test_batch.cpp,*test_ode.cpp
+
 sanitize: build/system-test
 	for sanitizer in address,undefined thread; do \
 	  cmake -S . -B build/$$sanitizer -G Ninja -DSWARMEVO_TESTS=ON -DSWARMEVO_SANITIZE=$$sanitizer \
 	    -DCMAKE_BUILD_TYPE=RelWithDebInfo >build/cmake.log || { cat build/cmake.log; exit 1; }; \
 	  cmake --build build/$$sanitizer --target native_tests; \
-	  UBSAN_OPTIONS=halt_on_error=1 build/$$sanitizer/native_tests; \
+	  tests=; [ $$sanitizer != thread ] || tests="-sf=$(THREADED_TESTS)"; \
+	  UBSAN_OPTIONS=halt_on_error=1 build/$$sanitizer/native_tests "$$tests"; \
 	done
 
 # What they find beyond native/fuzz/corpus stays in build/fuzz/corpus; an input that fails is left in build/fuzz.
-fuzz: build/system-fuzz $(call needs,test)
+fuzz: fuzz-native $(call needs,test)
+	cd tests && FUZZ_EXAMPLES=1000 ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. test_fuzz.py
+
+fuzz-native: build/system-fuzz
 	cmake -S . -B build/fuzz -G Ninja -DSWARMEVO_FUZZ=ON -DSWARMEVO_SANITIZE=fuzzer-no-link,address,undefined \
 	  -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo >build/cmake.log || \
 	  { cat build/cmake.log; exit 1; }
@@ -88,7 +96,6 @@ fuzz: build/system-fuzz $(call needs,test)
 	    -max_total_time=$(FUZZ_SECONDS) -max_len=1000 -timeout=20 -verbosity=0 -print_final_stats=1 \
 	    -artifact_prefix=build/fuzz/$$target- build/fuzz/corpus/$$target native/fuzz/corpus/$$target; \
 	done
-	cd tests && FUZZ_EXAMPLES=1000 ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. test_fuzz.py
 
 validation: $(call needs,test)
 	$(BIN)/python -m benchmarks.validation
@@ -126,12 +133,12 @@ $(BIN)/python: | build/system
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q ".$(if $*,[$(patsubst -%,%,$*)])"
+	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])"
 	touch $@
 
 # The stamps of the other installations go: there is one swarmevo in .venv.
-$(VENV)/installed-dev: pyproject.toml CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
-	$(BIN)/pip install -q -e ".[test,lint,docs]" --config-settings=build-dir=build/dev
+$(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
+	$(BIN)/pip install -q -c constraints.txt -e ".[test,lint,docs]" --config-settings=build-dir=build/dev
 	rm -f $(VENV)/installed*
 	touch $@
 

@@ -44,8 +44,8 @@ swarmevo evolve my.yaml --seed 1 --set noise.infrared=0.1 --set 'box.pose=[0, 0.
   range, text in the place of a number and NaN are errors.
 - `noise.infrared` is the key `infrared` of the section `noise`. A plugin's options stand under its name:
   `optimiser.pde.crossover_rate`.
-- `--set` values are YAML. They win over the file; later ones win over earlier ones. `--set optimiser=pde` chooses a
-  plugin and keeps the options that the file gives it.
+- `--set` values are YAML. They win over the file; a key that is set twice, by `--set` or by an option such as `--seed`,
+  is an error. `--set optimiser=pde` chooses a plugin and keeps the options that the file gives it.
 - A run folder's `config.yaml` has every key spelled out and can be given to `swarmevo evolve` again.
 - World frame: origin at the arena's centre, x east, y north, z up; headings counter-clockwise from east.
 - "Paper" refers to the sections of the paper that [the paper map](paper-map.md) goes through.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """``python -m swarmevo`` is ``swarmevo``."""
 
-from swarmevo.cli import main
+from swarmevo.cli import program
 
-main()
+program()

@@ -11,8 +11,8 @@ class SwarmevoError(Exception):
         super().__init__("; ".join(errors))
         self.errors = errors
 
-    def __reduce__(self) -> tuple[type[SwarmevoError], tuple[str, ...]]:
-        return type(self), self.errors  # errors travel between processes
+    def __reduce__(self) -> tuple[type[SwarmevoError], tuple[str, ...], dict[str, object]]:
+        return type(self), self.errors, self.__dict__  # errors travel between processes
 
 
 class ConfigError(SwarmevoError):
@@ -33,6 +33,10 @@ class ClusterError(EvaluationError):
 
 class StoreError(SwarmevoError):
     """A run folder cannot be made, read or written. What was stored before is intact."""
+
+
+class OutputError(SwarmevoError):
+    """A file cannot be written. What was there before is intact, and nothing new is left."""
 
 
 class SimulatorError(SwarmevoError, RuntimeError):

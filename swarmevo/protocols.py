@@ -248,6 +248,9 @@ class Telemetry(Recorded):
 # ---- policies that run natively --------------------------------------------------------------------------------------
 
 
+Activation: TypeAlias = Literal["tanh", "logistic"]
+
+
 @dataclass(frozen=True)
 class FeedForward:
     """Networks with one hidden layer, run by the library. ``n`` networks of up to ``h`` hidden units.
@@ -260,9 +263,9 @@ class FeedForward:
     hidden_output: FloatArray
     """``(n, 2, h + bias)``"""
     hidden_switch: BoolArray
-    """``(n, h)``"""
+    """``(n, h)``: booleans"""
     bias: bool = True
-    activation: Literal["tanh", "logistic"] = "tanh"
+    activation: Activation = "tanh"
 
     def __len__(self) -> int:
         return len(self.input_hidden)
@@ -311,9 +314,10 @@ class Objective:
     """One number that evolution makes better.
 
     Args:
-        name: Unique in a run; a column of the results.
+        name: Unique in a run, printable; a column of the results, so no name of another column.
         direction: What better means.
-        range: Smallest and largest value it can take; the worse end is the hypervolume's reference.
+        range: Smallest and largest value it can take, within 1e50; the worse end is the hypervolume's reference. A
+            value outside of it is an error.
     """
 
     name: str

@@ -22,7 +22,7 @@ SMALL = (
 
 def make(folder: Path, *overrides: str) -> Path:
     """Evolve a small run in a new folder and return it."""
-    settings = config.load("quick", [*SMALL, *overrides], plugins.option_errors)
+    settings = config.changed(config.load("quick", SMALL), overrides, plugins.option_errors)
     driver.begin(folder, settings)
     with Store.open(folder, readonly=False) as store:
         driver.evolve(store, 1, lambda now: None, lambda: False)

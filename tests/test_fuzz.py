@@ -26,7 +26,7 @@ from swarmevo.errors import ConfigError, StoreError
 from swarmevo.evolution.state import decode_state
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 
 PAPER = (Path(__file__).parents[1] / "configs" / "paper.yaml").read_bytes()
@@ -144,13 +144,12 @@ def read_run(folder: Path) -> None:
 
 
 def _read_all(store: Store) -> None:
-    assert store.config_is_intact in (True, False)
     readings: list[Callable[[], Any]] = [
         store.trials,
         store.totals,
         store.individuals,
         store.all_genomes,
-        store.damaged_genomes,
+        store.damage,
         lambda: store.genome(2),
         lambda: store.session(1),
         lambda: store.state(0),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -49,6 +50,7 @@ def install(distribution: Callable[..., Any]) -> None:
             "toy_linear": f"{here}:Linear",
             "toy_direct": f"{here}:Direct",
             "toy_bad_controller": f"{here}:BadController",
+            "toy_odd_controller": f"{here}:OddController",
         },
         "swarmevo.fitness": {
             "toy_travel": f"{here}:Travel",
@@ -106,6 +108,42 @@ class BadController(Network):
         if self._fault == "nan":
             return super().policies(np.full_like(genomes, np.nan))
         return {"count": super().policies(genomes[:0]), "type": "none"}[self._fault]
+
+
+class OddController(Network):
+    """Returns what ``fault`` names, which looks like what is wanted."""
+
+    def __init__(self, fault: str) -> None:
+        self._fault = fault
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        blocks: Any = {
+            "scalar block": (Block("gain", ()),),
+            "twin blocks": (Block("gain", (1,)), Block("gain", (2,))),
+            "no blocks": (),
+            "block of text": ("gain",),
+        }
+        return GenomeSpace(blocks[self._fault]) if self._fault in blocks else super().space(scene)
+
+    def complexity(self, genomes: FloatArray) -> Any:
+        found = super().complexity(genomes)
+        return {"scalar complexity": 3.0, "column complexity": found[:, np.newaxis]}.get(self._fault, found)
+
+    def policies(self, genomes: FloatArray) -> Any:
+        made = super().policies(genomes)
+        off = np.zeros((len(genomes), HIDDEN))
+        odd: dict[str, dict[str, Any]] = {
+            "activation": {"activation": "relu"},
+            "switch 0.7": {"hidden_switch": off + 0.7},
+            "switch nan": {"hidden_switch": off + np.nan},
+            "switch 256": {"hidden_switch": off.astype(np.int64) + 256},
+            "switch -1": {"hidden_switch": off.astype(np.int8) - 1},
+            "bias": {"bias": 1},
+            "complex weights": {"input_hidden": made.input_hidden + 1j},
+            "list weights": {"input_hidden": made.input_hidden.tolist()},
+        }
+        compiled = {"no function": Compiled(0, genomes), "real memory": Compiled(1, genomes, memory=1.5)}  # type: ignore[arg-type]
+        return compiled.get(self._fault) or dataclasses.replace(made, **odd.get(self._fault, {}))
 
 
 class Linear:
@@ -174,8 +212,17 @@ class BadFitness:
             "range": (Objective("good", "minimise", (1.0, 1.0)),),
             "infinite": (Objective("good", "minimise", (0.0, np.inf)),),
             "no pair": (Objective("good", "minimise", 1.0),),  # type: ignore[arg-type]
+            "wide": (Objective("good", "minimise", (0.0, 1e308)),),
+            "text range": (Objective("good", "minimise", ("0", "1")),),  # type: ignore[arg-type]
+            "name": (Objective(3, "minimise", (0.0, 1.0)),),  # type: ignore[arg-type]
+            "blank": (Objective(" ", "minimise", (0.0, 1.0)),),
+            "escape": (Objective("\x1b[2J", "minimise", (0.0, 1.0)),),
+            "surrogate": (Objective("\udcff", "minimise", (0.0, 1.0)),),
+            "other types": (Objective(np.str_("good"), "minimise", np.array([0, 1], np.float32)),),  # type: ignore[arg-type]
             "same name": (Objective("neurons", "minimise", (0.0, 1.0)),),
         }.get(fault, (good,))
+        if fault.startswith("named "):
+            self.objectives = (Objective(fault.removeprefix("named "), "minimise", (0.0, 1.0)),)
         self.channels: Any = ("sonar",) if fault == "channel" else ()
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
@@ -186,6 +233,14 @@ class BadFitness:
             "nan": np.array([[np.nan]]),
             "text": [["much"]],
             "none": None,
+            "complex": np.array([[0.5 + 1j]]),
+            "masked": np.ma.masked_array([[0.5]], [[True]]),
+            "huge": [[10**400]],
+            "long": np.array([[np.longdouble("1e400")]]),
+            "largest": [[1e308]],
+            "outside": [[1.001]],
+            "below": [[-0.001]],
+            "other types": [[np.float32(0.25)]],
         }.get(self._fault, np.zeros((1, 1)))
 
 

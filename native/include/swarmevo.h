@@ -279,6 +279,7 @@ typedef struct swe_channel {
 
 typedef struct swe_batch swe_batch;
 
+/* A batch of several threads is of the process that made it: in a fork of that the functions below refuse it. */
 swe_status swe_batch_create(swe_batch** batch, const swe_scene* scene, uint32_t threads);
 void swe_batch_destroy(swe_batch* batch);
 

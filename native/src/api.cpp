@@ -245,7 +245,7 @@ swe_status swe_batch_create(swe_batch** batch, const swe_scene* scene, uint32_t 
 }
 
 void swe_batch_destroy(swe_batch* batch) {
-    delete batch;
+    if (batch && batch->batch.is_here()) delete batch;  // a fork leaves its copy to the end of the process
 }
 
 swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_channel* channels, size_t n_channels,

@@ -17,6 +17,7 @@ class Batch {
     Batch(std::shared_ptr<const Scene> scene, unsigned threads);
 
     const Scene& scene() const { return *scene_; }
+    bool is_here() const { return pool_.is_here(); }  // as Pool::is_here
 
     // The arguments of swe_batch_run, checked. `records` holds one recorder for each episode.
     void run(swe_outcome* outcomes, double* homing_times, const std::vector<Recorder>& records,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pool.hpp"
 
+#include <unistd.h>
+
 #include <exception>
 #include <string>
 
@@ -8,7 +10,7 @@
 
 namespace swarmevo {
 
-Pool::Pool(unsigned threads) {
+Pool::Pool(unsigned threads) : process_(getpid()) {
     try {
         for (unsigned i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
     } catch (const std::exception& error) {  // no more to be had: those that run must end first
@@ -33,7 +35,15 @@ void Pool::stop() {
     for (std::thread& worker : workers_) worker.join();
 }
 
+bool Pool::is_here() const {
+    return workers_.empty() || process_ == getpid();
+}
+
 void Pool::for_each(std::size_t n, const std::function<void(std::size_t)>& body) {
+    if (!is_here())
+        throw Error(SWE_INVALID_ARGUMENT, "batch: expected the process that made it, got a fork of it, where its " +
+                                              std::to_string(workers_.size()) +
+                                              " worker threads are not: make another");
     {
         const std::lock_guard lock(mutex_);
         body_ = &body;

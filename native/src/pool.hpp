@@ -2,6 +2,8 @@
 // Worker threads that share out the indices of a loop.
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -19,8 +21,12 @@ class Pool {
     Pool(const Pool&) = delete;
     Pool& operator=(const Pool&) = delete;
 
+    // Whether its threads are in this process. They are not in a fork of the one that made it: there it can be neither
+    // used nor destroyed, for both wait for them.
+    bool is_here() const;
+
     // Calls body(i) for every i below n, each once, in no particular order; returns when all are done.
-    // `body` must not throw.
+    // `body` must not throw. Throws Error(SWE_INVALID_ARGUMENT) if the threads are not here.
     void for_each(std::size_t n, const std::function<void(std::size_t)>& body);
 
   private:
@@ -37,6 +43,7 @@ class Pool {
     unsigned busy_ = 0;        // workers that have not finished the round
     bool stopping_ = false;
     std::vector<std::thread> workers_;
+    const pid_t process_;  // that made it
 };
 
 }  // namespace swarmevo

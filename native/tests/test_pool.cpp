@@ -28,16 +28,15 @@ bool limit_threads() {
     return setrlimit(RLIMIT_NPROC, &few) == 0;
 }
 
-// Calls `passes` in a process with few threads and returns its exit status; if it hangs or crashes, that of a signal.
+// Calls `exits` in a fork of this process and returns its exit status; if it hangs or crashes, that of a signal.
 template <typename Test>
-int with_few_threads(Test passes) {
+int in_a_fork(Test exits) {
     std::fflush(nullptr);  // or both print what is in the buffers
     const pid_t child = fork();
     REQUIRE(child >= 0);
     if (child == 0) {
         alarm(60);
-        if (!limit_threads()) _exit(kNotLimited);
-        _exit(passes() ? kPassed : 1);
+        _exit(exits());
     }
     int status = 0;
     REQUIRE(waitpid(child, &status, 0) == child);
@@ -45,7 +44,10 @@ int with_few_threads(Test passes) {
 }
 
 void check_with_few_threads(bool (*passes)()) {
-    const int status = with_few_threads(passes);
+    const int status = in_a_fork([&] {
+        if (!limit_threads()) return kNotLimited;
+        return passes() ? kPassed : 1;
+    });
     if (status == kNotLimited)
         MESSAGE("not tested: this system does not let its threads be limited");
     else
@@ -107,4 +109,38 @@ TEST_CASE("a batch that gets too few threads says so, and a smaller one runs") {
         swe_scene_destroy(scene);
         return status == SWE_OK && outcome.status == SWE_OK;
     });
+}
+
+// Case 74.
+TEST_CASE("a fork cannot use the threads of a pool, and says so") {
+    for (const unsigned threads : {1u, 3u}) {
+        Pool pool(threads);
+        pool.for_each(10, [](std::size_t) {});
+        CHECK(in_a_fork([&] {
+                  try {
+                      std::atomic<int> visits{0};
+                      pool.for_each(10, [&](std::size_t) { ++visits; });
+                      return threads == 1 && visits == 10 ? kPassed : 1;
+                  } catch (const Error& error) {
+                      return threads > 1 && error.status() == SWE_INVALID_ARGUMENT ? kPassed : 1;
+                  }
+              }) == kPassed);
+    }
+}
+
+// Case 74.
+TEST_CASE("a fork that destroys a batch goes on") {
+    Fixture fixture;
+    swe_scene* scene = nullptr;
+    REQUIRE(swe_scene_create(&scene, &fixture.config) == SWE_OK);
+    for (const unsigned threads : {1u, 3u}) {
+        swe_batch* batch = nullptr;
+        REQUIRE(swe_batch_create(&batch, scene, threads) == SWE_OK);
+        CHECK(in_a_fork([&] {
+                  swe_batch_destroy(batch);
+                  return kPassed;
+              }) == kPassed);
+        swe_batch_destroy(batch);
+    }
+    swe_scene_destroy(scene);
 }

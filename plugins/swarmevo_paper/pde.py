@@ -31,8 +31,8 @@ PARENTS = 3
 class PDE:
     """The paper's optimiser.
 
-    A front as large as the population leaves no room for children. With the paper's objectives that cannot happen: the
-    front has at most one point for each number of hidden neurons, 0 to 15, and the population is 30.
+    A front that fills the population leaves no room for children: more than ``front`` of it is not retained. That never
+    happens with the paper's settings: the front has at most one point for each number of hidden neurons, 0 to 15.
 
     Args:
         space: Layout of a genome.
@@ -43,9 +43,10 @@ class PDE:
         mutation_rate: Probability that a unit mutates (paper Table I).
         mutation_spread: Standard deviation of the mutation of real genes (paper step 3.4.3).
         reevaluate: What becomes of the retained: evaluated in every generation and judged by the mean of all their
-            evaluations (``accumulate``) or by the newest (``renew``), or not evaluated again while there are children
-            to evaluate (``once``).
+            evaluations (``accumulate``) or by the newest (``renew``), or not evaluated again (``once``).
         acceptance: Whether a child enters the selection ``always``, or only if it ``dominates`` its main parent.
+        front: Largest share of the population that the front may take, but 3 at least and all but one at most. Of a
+            larger front those are left out that are nearest to others.
 
     Raises:
         ValueError: An option is out of its range.
@@ -63,17 +64,20 @@ class PDE:
         mutation_spread: float = 0.01,
         reevaluate: Reevaluate = "accumulate",
         acceptance: Acceptance = "always",
+        front: float = 0.6,
     ) -> None:
         _require_number("population", population, PARENTS + 1)
         _require_number("crossover_rate", crossover_rate, 0, 1)
         _require_number("mutation_rate", mutation_rate, 0, 1)
         _require_number("mutation_spread", mutation_spread, 0)
+        _require_number("front", front, 0, 1)
         _require_choice("reevaluate", reevaluate, get_args(Reevaluate))
         _require_choice("acceptance", acceptance, get_args(Acceptance))
         self._space, self._population, self._rng = space, population, rng
         self._crossover_rate, self._mutation_rate = crossover_rate, mutation_rate
         self._mutation_spread = mutation_spread
         self._reevaluate, self._acceptance = reevaluate, acceptance
+        self._largest_front = min(max(round(front * population), PARENTS), population - 1)
 
         self._genomes = self._random_genomes()  # step 2.0
         self._cost_sums = np.zeros((population, objectives))
@@ -120,8 +124,8 @@ class PDE:
 
     def _asked(self) -> IntArray:
         """Return who is to be evaluated: indices into the population."""
-        new = np.flatnonzero(self._evaluations == 0)
-        return new if self._reevaluate == "once" and new.size else np.arange(len(self._genomes))
+        once = self._reevaluate == "once"
+        return np.flatnonzero(self._evaluations == 0) if once else np.arange(len(self._genomes))
 
     def _record(self, costs: FloatArray) -> None:
         """Step 3.1: remember the costs of those who were asked for."""
@@ -143,7 +147,7 @@ class PDE:
         return np.flatnonzero(dominates | (self._main_parents < 0))
 
     def _labelled(self) -> IntArray:
-        """Steps 3.1 to 3.2.2: return the first layer of non-dominated solutions, but at least three solutions.
+        """Steps 3.1 to 3.2.2: return the first layer of non-dominated solutions, at least three and not too many.
 
         Only representatives form layers. Duplicates do not dominate each other: they would fill the population for
         good. They come last, if there are not enough others.
@@ -151,9 +155,12 @@ class PDE:
         costs = self._costs()
         first = _representatives(self._genomes, costs)
         layer = moocore.pareto_rank(costs[first])  # step 3.1: layer 0
+        front: IntArray = first[layer == 0]
+        if len(front) > self._largest_front:
+            return front[_apart(costs[front], self._largest_front)]  # PDE of 2001; cannot happen in the paper
         by_layer = first[np.argsort(layer, kind="stable")]  # in a layer: in the population's order
         queue = np.concatenate([by_layer, np.setdiff1d(np.arange(len(costs)), first)])
-        return np.sort(queue[: max(np.count_nonzero(layer == 0), PARENTS)])  # steps 3.2 to 3.2.2
+        return np.sort(queue[: max(len(front), PARENTS)])  # steps 3.2 to 3.2.2
 
     def _retain(self, survivors: IntArray) -> None:
         """Step 3.3: delete everybody else."""
@@ -203,6 +210,35 @@ def _representatives(genomes: FloatArray, costs: FloatArray) -> IntArray:
             costs_seen.add(cost)
             indices.append(i)
     return np.array(indices, dtype=np.intp)
+
+
+def _apart(costs: FloatArray, most: int) -> IntArray:
+    """Return the indices of ``most`` points, far from each other, of a front ``(n, objectives)`` with n above ``most``.
+
+    One after the other, the point goes whose mean distance to its two nearest neighbours is the least; of equal ones
+    the last. A point that is the first of the best in an objective goes only when no other is left. Distances are in
+    shares of the front's range in each objective.
+    """
+    low, span = costs.min(axis=0), np.ptp(costs, axis=0)
+    place = (costs - low) / np.where(span > 0, span, 1.0)
+    distance = np.sqrt(np.square(place[:, np.newaxis] - place).sum(axis=2))
+    np.fill_diagonal(distance, np.inf)  # nobody is a neighbour of their own
+    nearest = _two_least(distance)
+    index = np.arange(len(costs))
+    is_best, gone = np.isin(index, costs.argmin(axis=0)), np.zeros(len(costs), dtype=np.bool_)
+    for _ in range(len(costs) - most):
+        leaves = np.lexsort((-index, nearest.sum(axis=1), is_best, gone))[0]
+        gone[leaves] = True
+        lost = distance[:, leaves] <= nearest[:, 1]  # whose neighbour it was
+        distance[:, leaves] = np.inf
+        nearest[lost] = _two_least(distance[lost])
+    return np.flatnonzero(~gone)
+
+
+def _two_least(distance: FloatArray) -> FloatArray:
+    """Return ``(n, 2)``: the two least of each row of ``(n, k)``, k at least 2, in order."""
+    least: FloatArray = np.partition(distance, 1, axis=1)[:, :2]
+    return least
 
 
 def _count(numbers: IntArray) -> int:

@@ -227,22 +227,20 @@ def _worlds(settings: Config) -> dict[str, tuple[str, Config]]:
 # ---- watching -------------------------------------------------------------------------------------------------------
 
 
-def watch(store: Store, genome: int | None = None, tests: int = REPEATS, threads: int = 0) -> Recording:
-    """Test an individual and keep the telemetry.
+def watch(store: Store, genome: int | None = None) -> Recording:
+    """Test an individual ``REPEATS`` times, in the first episodes that :func:`assess` runs too, and keep the telemetry.
 
     Args:
         store: The run.
         genome: Id of the individual's genome; None: the first of the front over all trials.
-        tests: Number of episodes: the first ones that :func:`assess` runs too.
-        threads: 0: one for each processor.
 
     Raises:
         EvaluationError: An episode failed.
         StoreError: There is no such genome, or no generation yet.
     """
     id, trial = watched(store, genome)
-    settings = _tested_config(store, tests)
-    return record(settings, store.genome(id), test_keys(settings, trial), threads)
+    settings = _tested_config(store, REPEATS)
+    return record(settings, store.genome(id), test_keys(settings, trial))
 
 
 def watched(store: Store, genome: int | None = None) -> tuple[int, int]:

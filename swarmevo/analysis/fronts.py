@@ -55,6 +55,8 @@ class Step:
     generation: int
     hypervolume: float
     front_size: int
+    new_genomes: int
+    """In this generation, which no generation of its trial had before. 0: the search stood still."""
     best: dict[str, float]
     """The best mean of each objective, on the front."""
 
@@ -138,26 +140,44 @@ def history(store: Store, trial: int) -> list[Step]:
 
     The front is that of all individuals so far. An individual's mean may fall when it is evaluated again, and the
     hypervolume with it.
+
+    The time is linear in the number of generations: the mean of a genome that is not evaluated again stays as it is, so
+    that of all such genomes their front is enough.
     """
-    objectives = store.objectives
-    totals: dict[int, FloatArray] = {}  # genome: sum over its evaluations
+    summaries = list(store.summaries(trial))
+    last = {genome: summary.number for summary in summaries for genome in summary.genomes.tolist()}
+    totals: dict[int, FloatArray] = {}  # genome that is evaluated again: sum over its evaluations
     counts: dict[int, int] = {}
+    settled = np.empty((0, len(store.objectives)))  # the front of the others' means
     steps = []
-    for summary in store.summaries(trial):
+    for summary in summaries:
+        before = len(counts)
         for genome, values in zip(summary.genomes.tolist(), summary.objectives, strict=True):
             totals[genome] = totals.get(genome, 0.0) + values
             counts[genome] = counts.get(genome, 0) + 1
-        means = np.array([totals[genome] / counts[genome] for genome in totals])
-        points = means[_non_dominated(objectives, means)]
-        steps.append(
-            Step(
-                generation=summary.number,
-                hypervolume=hypervolume(objectives, points),
-                front_size=len(points),
-                best={o.name: _best(o, points[:, k]) for k, o in enumerate(objectives)},
-            )
-        )
+        means = np.array([total / counts[genome] for genome, total in totals.items()])
+        over = np.array([last[genome] == summary.number for genome in totals])
+        points = _front_of(store.objectives, settled, means)
+        steps.append(_step(store.objectives, summary.number, points, len(counts) - before))
+        settled = _front_of(store.objectives, settled, means[over])
+        totals = {genome: total for genome, total in totals.items() if last[genome] > summary.number}
     return steps
+
+
+def _step(objectives: Sequence[Objective], generation: int, points: FloatArray, new_genomes: int) -> Step:
+    return Step(
+        generation=generation,
+        hypervolume=hypervolume(objectives, points),
+        front_size=len(points),
+        new_genomes=new_genomes,
+        best={o.name: _best(o, points[:, k]) for k, o in enumerate(objectives)},
+    )
+
+
+def _front_of(objectives: Sequence[Objective], *parts: FloatArray) -> FloatArray:
+    """Return the non-dominated rows of several arrays ``(n, m)``."""
+    points = np.concatenate(parts)
+    return points[_non_dominated(objectives, points)]
 
 
 def hypervolume(objectives: Sequence[Objective], points: FloatArray) -> float:

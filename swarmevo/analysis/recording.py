@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -84,7 +83,7 @@ def record(config: Config, genes: FloatArray, keys: Sequence[EpisodeKey], thread
         keys=tuple(keys),
         episodes=episodes,
         objectives=tuple(team.objectives),
-        values=np.array([team.judge(episodes.telemetry, everybody, i) for i in range(len(keys))]),
+        values=np.array([team.judge(episodes.telemetry, everybody, i, in_range=False) for i in range(len(keys))]),
         terms=terms,
         explained=explained,
         complexity=float(team.complexity(genes[np.newaxis])[0]),
@@ -104,7 +103,7 @@ def simulate(
         EvaluationError: An episode failed.
     """
     everybody = np.tile(genes, (len(keys), 1))
-    done = team.simulate(everybody, keys, channels, threads or len(os.sched_getaffinity(0)))
+    done = team.simulate(everybody, keys, channels, threads)
     for key, status, message in zip(keys, done.status, done.messages, strict=True):
         if status:
             raise EvaluationError(f"{key}: the episode failed: {message}")

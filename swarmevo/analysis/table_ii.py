@@ -8,6 +8,7 @@ have no file there.
 from __future__ import annotations
 
 import dataclasses
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -17,7 +18,7 @@ import pydantic
 
 from swarmevo.errors import StoreError
 from swarmevo.protocols import FloatArray
-from swarmevo.runs.files import write_atomically
+from swarmevo.runs import checksums, files
 from swarmevo.runs.store import Store
 
 FILE: Final = "table_ii.json"
@@ -159,32 +160,39 @@ def save(assessment: Assessment, folder: Path) -> Path:
         folder: Of the run.
 
     Raises:
-        StoreError: It cannot be written.
+        OutputError: It cannot be written.
         ValueError: It is of another world.
     """
     if assessment.changes:
         raise ValueError(f"assessment: expected one in the run's own world, got {', '.join(assessment.changes)}")
     file = folder / FILE
-    try:
-        write_atomically(file, as_json(assessment) + "\n")
-    except OSError as error:
-        raise StoreError(f"{file}: {error.strerror or error}") from error
+    files.write(file, json.dumps(sealed(json.loads(as_json(assessment))), indent=2) + "\n")
     return file
+
+
+def sealed(content: dict[str, Any]) -> dict[str, Any]:
+    """Return the content of the file with its checksum, in place of one that it may have."""
+    plain = {key: value for key, value in content.items() if key != "sha256"}
+    return {**plain, "sha256": checksums.sha256(json.dumps(plain, sort_keys=True).encode())}
 
 
 def load(folder: Path) -> Assessment | None:
     """Return the assessment in a run's folder; None: the run was not tested.
 
     Raises:
-        StoreError: The file is damaged or of another version.
+        StoreError: The file is damaged, was changed, or is of another version.
     """
     file = folder / FILE
+    damaged = StoreError(f"{file}: is damaged; make it again with swarmevo test")
     try:
-        found = _ASSESSMENT.validate_json(file.read_bytes())
+        stored = json.loads(file.read_bytes())
+        found = _ASSESSMENT.validate_python(stored)
     except FileNotFoundError:
         return None
-    except (OSError, pydantic.ValidationError) as error:
-        raise StoreError(f"{file}: is damaged; make it again with swarmevo test") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise damaged from error
     if found.format != FORMAT:
         raise StoreError(f"{file}: expected format {FORMAT}, got {found.format}; make it again with swarmevo test")
+    if sealed(stored) != stored:
+        raise damaged
     return found

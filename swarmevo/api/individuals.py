@@ -20,7 +20,7 @@ from swarmevo.config import Config
 from swarmevo.errors import InvalidArgument, SwarmevoError
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import FloatArray, Objective
-from swarmevo.runs import other_world
+from swarmevo.runs import files, other_world
 from swarmevo.runs.store import Store
 from swarmevo.simulation import EpisodeKey
 from swarmevo.views import notebook, text
@@ -284,9 +284,9 @@ class Replay:
         """Write the page and return its file.
 
         Raises:
-            OSError: It cannot be written.
+            OutputError: It cannot be written.
         """
-        Path(file).write_text(self.html, encoding="utf-8")
+        files.write(Path(file), self.html)
         return Path(file)
 
     def __repr__(self) -> str:

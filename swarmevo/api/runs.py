@@ -10,11 +10,12 @@ from typing import Any
 
 from swarmevo import config as configuration
 from swarmevo.analysis import assessment, fronts
-from swarmevo.analysis.assessment import TEAM_SIZES
+from swarmevo.analysis.assessment import REPEATS, TEAM_SIZES
 from swarmevo.analysis.fronts import Summary
 from swarmevo.analysis.table_ii import Assessment
 from swarmevo.api.individuals import Front, Individual
 from swarmevo.config import Config
+from swarmevo.errors import ConfigError
 from swarmevo.evolution.loop import Progress
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins import team
@@ -57,21 +58,24 @@ def evolve(
         out: The run folder to make, which must not exist; else ``runs/NAME-DATE-SEED``.
         set: ``{"section.key": value}``, which win over the configuration.
         workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
-        scheduler: Address of a Dask cluster to run on, such as ``tcp://host:8786``. The results do not depend on it.
+        scheduler: Address of a Dask cluster to run on, such as ``tcp://host:8786``, instead of ``workers`` here. The
+            results do not depend on it.
         observe: Told after each generation.
         stop: Asked between jobs; when true, the run ends with :class:`swarmevo.errors.Interrupted` and can be resumed.
 
     Raises:
-        ConfigError: The configuration cannot be used; no folder is made.
+        ConfigError: The configuration cannot be used, a key is set twice, or ``workers`` with ``scheduler``; no folder
+            is made.
         EvaluationError, PluginError, SimulatorError: Something failed; the generations before are stored.
         StoreError: The folder exists or cannot be written.
     """
-    given = {**(set or {}), **({} if seed is None else {"evolution.seed": seed})}
+    given = configuration.as_overrides(set or {}) + ([] if seed is None else [f"evolution.seed={seed}"])
     if isinstance(config, Config):
-        settings, name = configuration.changed(config, configuration.as_overrides(given)), "run"
+        settings, name = configuration.changed(config, given), "run"
     else:
-        settings, name = load_config(config, given), Path(config or "quick").stem
+        settings, name = team.load_config(os.fspath(config) if config else None, given), Path(config or "quick").stem
     settings = configuration.seeded(settings)
+    _backend(scheduler, workers)  # refused before a folder is made
     folder = Path(out) if out is not None else driver.default_folder(name, settings)
     driver.begin(folder, settings)
     return resume(folder, workers=workers, scheduler=scheduler, observe=observe, stop=stop)
@@ -85,6 +89,7 @@ def resume(
     scheduler: str | None = None,
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
+    accept_changed_plugin: bool = False,
 ) -> Run:
     """Go on with an interrupted or finished run; the result is that of a run never interrupted.
 
@@ -95,22 +100,27 @@ def resume(
         scheduler: As in :func:`evolve`.
         observe: As in :func:`evolve`.
         stop: As in :func:`evolve`.
+        accept_changed_plugin: Go on though a plugin is not what it was: results of both are then in one run.
 
     Raises:
-        ConfigError: ``generations`` is refused.
+        ConfigError: ``generations`` is refused, or ``workers`` with ``scheduler``.
         EvaluationError, PluginError, SimulatorError: As :func:`evolve`.
-        StoreError: The folder is no run, is being written by another process, or cannot be written.
+        StoreError: The folder is no run, is being written by another process, cannot be written, or a plugin was
+            changed.
     """
+    backend = _backend(scheduler, workers)
     with Store.open(folder, readonly=False) as store:
         if generations is not None:
-            driver.extend(store, str(generations))
-        driver.evolve(store, workers, observe, stop, _backend(scheduler))
+            driver.extend(store, str(generations), accept_changed_plugin)
+        driver.evolve(store, workers, observe, stop, backend, accept_changed_plugin)
     return Run(folder)
 
 
-def _backend(scheduler: str | None) -> MakeBackend:
+def _backend(scheduler: str | None, workers: int) -> MakeBackend:
     if scheduler is None:
         return ThreadBackend
+    if workers:
+        raise ConfigError(f"workers: expected 0 with a scheduler, whose workers are used, got {workers}")
     from swarmevo.evolution import cluster  # Dask is an extra
 
     return cluster.backend(scheduler, lambda line: None)
@@ -154,7 +164,9 @@ class Run:
             individuals = [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]
         return Front(individuals, self.objectives, self.folder.name)
 
-    def table_ii(self, sizes: tuple[int, ...] = tuple(TEAM_SIZES), repeats: int = 5, workers: int = 0) -> Assessment:
+    def table_ii(
+        self, sizes: tuple[int, ...] = tuple(TEAM_SIZES), repeats: int = REPEATS, workers: int = 0
+    ) -> Assessment:
         """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.
 
         Raises:

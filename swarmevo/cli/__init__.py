@@ -10,12 +10,15 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from swarmevo.cli.common import main
+from swarmevo.cli.common import Verb, app, main, program
 
-__all__ = ["VERBS", "main"]
+__all__ = ["VERBS", "main", "program"]
 
 # In the order of --help.
 VERBS = ("evolve", "show", "verify", "export", "test", "report", "replay", "plugins", "doctor")
 
 for _verb in VERBS:
     import_module(f"{__name__}.{_verb}")
+
+for _command in app.registered_commands:
+    _command.cls = Verb

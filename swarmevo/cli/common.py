@@ -2,7 +2,7 @@
 """What the verbs share: the application, exit codes, errors as single lines, types of arguments, signals.
 
 Data goes to stdout, progress and errors to stderr. Exit codes: 0 done, 1 failed, 2 usage or configuration, 130
-interrupted.
+interrupted, 141 the reader of our pipe is gone.
 """
 
 from __future__ import annotations
@@ -11,18 +11,23 @@ import os
 import re
 import signal
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, ClassVar, NoReturn
 
 import typer
+from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
+from swarmevo.cli import streams
+from swarmevo.cli.process import own_stdout, run
+from swarmevo.cli.streams import FAILED as FAILED
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
+from swarmevo.printable import printable
 
-FAILED = 1
 USAGE = 2
 INTERRUPTED = 130
 
@@ -39,11 +44,17 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run ``swarmevo``; exits."""
     given = sys.argv[1:] if arguments is None else arguments
-    try:
-        app(args=_repeat_set(given), prog_name="swarmevo")
-    except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
-        exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
+    with streams.guarded(), own_stdout():
+        try:
+            app(args=_repeat_set(given), prog_name="swarmevo")
+        except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
+            exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
     raise SystemExit(0)
+
+
+def program() -> NoReturn:
+    """Be the process ``swarmevo``."""
+    run(main)
 
 
 def _repeat_set(arguments: Sequence[str]) -> list[str]:
@@ -51,9 +62,9 @@ def _repeat_set(arguments: Sequence[str]) -> list[str]:
     spelled: list[str] = []
     setting = False
     for argument in arguments:
-        follows = setting and bool(re.match(r"\w+(\.\w+)+=", argument))
+        follows = setting and bool(re.match(r"\w[\w-]*(\.[\w-]+)*=", argument))
         spelled += ["--set", argument] if follows and spelled[-1] != "--set" else [argument]
-        setting = argument == "--set" or follows
+        setting = argument == "--set" or argument.startswith("--set=") or follows
     return spelled
 
 
@@ -72,23 +83,31 @@ def _options_of_all(
     pass
 
 
+class Verb(TyperCommand):
+    """A command each of whose options is given once, but for ``--set`` and what only switches something on."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        _, _, given = self.make_parser(ctx).parse_args(list(args))
+        for option in given:
+            if given.count(option) > 1 and isinstance(option, TyperOption) and not (option.multiple or option.is_flag):
+                exit_with(USAGE, f"{option.opts[0]}: expected one value, got two; give it once")
+        return super().parse_args(ctx, args)
+
+
 # ---- errors ----------------------------------------------------------------------------------------------------------
+
+
+def say(line: str) -> None:
+    """Print a line to stderr; control characters in it, of a path or of a plugin's message, are shown and not sent."""
+    print(printable(line), file=sys.stderr, flush=True)
 
 
 def exit_with(code: int, *errors: str) -> NoReturn:
     """Print each error as a line of its own and exit."""
     for error in errors:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}")
     raise SystemExit(code)
-
-
-@contextmanager
-def writing(file: Path | None) -> Iterator[None]:
-    """Exit with one line if what is written here, by default ``file``, cannot be written."""
-    try:
-        yield
-    except OSError as error:
-        exit_with(FAILED, f"{error.filename or file}: {error.strerror or error}")
 
 
 # ---- arguments -------------------------------------------------------------------------------------------------------
@@ -100,6 +119,14 @@ OtherWorld = Annotated[
     typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Change the world of the run; value in YAML."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Everything, as JSON.")]
+
+
+def without_effect(context: typer.Context, reason: str, *parameters: str) -> None:
+    """Exit if one of these parameters of a command was given, for it would change nothing."""
+    for option in context.command.params:
+        source = context.get_parameter_source(option.name or "")
+        if option.name in parameters and source is not None and source.name == "COMMANDLINE":
+            exit_with(USAGE, f"{option.opts[0]}: has no effect {reason}; leave it out")
 
 
 def worker_count(text: str) -> int:
@@ -127,10 +154,18 @@ def team_sizes(text: str, most: int = _LARGEST_TEAM) -> list[int]:
 
 
 class StopOnSignal:
-    """Whether Ctrl-C or SIGTERM asked to stop. The second signal acts as if nobody listened."""
+    """Whether Ctrl-C or SIGTERM asked to stop. The second signal acts as if nobody listened.
+
+    An optimiser works in the main thread and may hang there: it is left at once. Nothing is lost, for a generation's
+    episodes are kept as they come. Processes that a plugin forks get back the handlers that were there before, or
+    nobody could end them with SIGTERM.
+    """
+
+    _listening: ClassVar[StopOnSignal | None] = None
 
     def __init__(self) -> None:
         self._wanted = self._said = False
+        self._before: dict[int, Any] = {}
 
     def __enter__(self) -> StopOnSignal:
         self._before = {
@@ -138,22 +173,53 @@ class StopOnSignal:
             for number in (signal.SIGINT, signal.SIGTERM)
             if signal.getsignal(number) is not signal.SIG_IGN  # as nohup and background jobs have it
         }
+        StopOnSignal._listening = self
         return self
 
     def __exit__(self, *_: object) -> None:
+        StopOnSignal._listening = None
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self._wanted = True
         self.__exit__()
+        calls = sys.modules.get("swarmevo.plugins.calls")
+        if calls and calls.in_plugin():
+            self()
+            raise calls.StopNow
 
     def __call__(self) -> bool:
         """Return whether to stop; the first time that it is so, say it."""
         if self._wanted and not self._said:
             self._said = True
-            print("stopping; once more to stop at once", file=sys.stderr)
+            say("stopping; once more to stop at once")
         return self._wanted
+
+    @classmethod
+    def forked(cls) -> None:
+        """Listen no more, in a process that was forked."""
+        if cls._listening:
+            cls._listening.__exit__()
+
+
+_masks = threading.local()  # signals that a thread which forks had blocked before
+
+
+def _before_fork() -> None:
+    _masks.before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))  # none may get lost
+
+
+def _after_fork() -> None:
+    signal.pthread_sigmask(signal.SIG_SETMASK, _masks.before)
+
+
+def _after_fork_in_child() -> None:
+    StopOnSignal.forked()
+    _after_fork()
+
+
+os.register_at_fork(before=_before_fork, after_in_parent=_after_fork, after_in_child=_after_fork_in_child)
 
 
 @contextmanager
@@ -163,5 +229,5 @@ def interruptible(consequence: str = "") -> Iterator[StopOnSignal]:
         with StopOnSignal() as stop:
             yield stop
     except (Interrupted, KeyboardInterrupt):
-        print(f"interrupted; {consequence}" if consequence else "interrupted", file=sys.stderr)
+        say(f"interrupted; {consequence}" if consequence else "interrupted")
         raise SystemExit(INTERRUPTED) from None

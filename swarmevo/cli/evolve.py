@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import json
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, worker_count
+from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, say, without_effect, worker_count
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
@@ -25,6 +24,7 @@ Scheduler = Annotated[
 
 @app.command()
 def evolve(
+    context: typer.Context,
     config: Annotated[
         str | None, typer.Argument(metavar="CONFIG", help="A YAML file, or quick (the default) or paper.")
     ] = None,
@@ -47,6 +47,8 @@ def evolve(
     from swarmevo.plugins.team import load_config
 
     count = worker_count(workers)
+    if scheduler:
+        without_effect(context, "with --scheduler", "workers", "dry_run")
     if out is not None and out.exists():
         exit_with(USAGE, f"--out {out}: exists already and is never overwritten; choose another name")
     given = {"optimiser": plugin and json.dumps(plugin), "evolution.seed": seed, "evolution.trials": trials}
@@ -59,48 +61,57 @@ def evolve(
     from swarmevo.runs import driver
 
     folder = out or driver.default_folder(Path(config or "quick").stem, chosen)
-    driver.begin(folder, chosen)
-    print(f"run {folder}, seed {chosen.evolution.seed}", file=sys.stderr)
+    with interruptible("nothing was written") as stop:
+        driver.begin(folder, chosen, stop)
+    say(f"run {folder}, seed {chosen.evolution.seed}")
     _go_on(folder, count, scheduler)
 
 
 @app.command()
 def resume(
+    context: typer.Context,
     run: Run,
     workers: Workers = "auto",
     generations: Annotated[
         str | None, typer.Option(metavar="+N|N", help="Make the run longer: so many generations more, or in all.")
     ] = None,
     scheduler: Scheduler = None,
+    accept: Annotated[
+        bool, typer.Option("--accept-changed-plugin", help="Go on though a plugin was changed since the last session.")
+    ] = False,
 ) -> None:
     """Go on with an interrupted or finished run; the result is that of a run never interrupted."""
     count = worker_count(workers)
+    if scheduler:
+        without_effect(context, "with --scheduler", "workers")
     if generations is not None:
-        _extend(run, generations)
-    _go_on(run, count, scheduler)
+        _extend(run, generations, accept)
+    _go_on(run, count, scheduler, accept)
 
 
 def _forecast(config: Config, workers: int) -> None:
     from swarmevo.analysis import fronts
     from swarmevo.evolution import loop
     from swarmevo.evolution.evaluation import Evaluator
+    from swarmevo.runs import driver
     from swarmevo.views import console
 
     loop.rehearse(config)
     with Evaluator(config, workers) as evaluator:
+        driver.check_names(evaluator)
         console.show_forecast(fronts.forecast(config, evaluator, workers))
 
 
-def _extend(folder: Path, generations: str) -> None:
+def _extend(folder: Path, generations: str, accept_changed_plugin: bool) -> None:
     from swarmevo.runs import driver
     from swarmevo.runs.store import Store
 
     with Store.open(folder, readonly=False) as store:
-        total = driver.extend(store, generations)
-    print(f"{folder}: {total} generations in each trial", file=sys.stderr)
+        total = driver.extend(store, generations, accept_changed_plugin)
+    say(f"{folder}: {total} generations in each trial")
 
 
-def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
+def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plugin: bool = False) -> None:
     """Bring a run to its end and show it; when that fails, say how to go on."""
     from swarmevo.analysis import fronts
     from swarmevo.runs import driver
@@ -113,10 +124,10 @@ def _go_on(folder: Path, workers: int, scheduler: str | None) -> None:
     with Store.open(folder, readonly=False) as store:
         try:
             with interruptible(how) as stop, console.progress(*fronts.generations(store)) as observe:
-                driver.evolve(store, workers, observe, stop, _backend(scheduler))
+                driver.evolve(store, workers, observe, stop, _backend(scheduler), accept_changed_plugin)
         except Exception:
-            if store.trials() or scheduler:
-                print(how, file=sys.stderr)
+            if store.is_in_place and (store.trials() or scheduler):
+                say(how)
             raise
         console.show_run(fronts.summarise(store))
 
@@ -129,4 +140,4 @@ def _backend(scheduler: str | None) -> MakeBackend:
         return ThreadBackend
     from swarmevo.evolution import cluster
 
-    return cluster.backend(scheduler, lambda line: print(line, file=sys.stderr, flush=True))
+    return cluster.backend(scheduler, say)

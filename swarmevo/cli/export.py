@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 import json
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TextIO
 
 import typer
 
-from swarmevo.cli.common import USAGE, Run, app, exit_with, writing
+from swarmevo.cli import streams
+from swarmevo.cli.common import USAGE, Run, app, exit_with, without_effect
 
 if TYPE_CHECKING:
     from swarmevo.runs.store import Store
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def export(
+    context: typer.Context,
     run: Run,
     as_csv: Annotated[bool, typer.Option("--csv", help="Every episode, one line each.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Configuration, provenance, genomes and episodes.")] = False,
@@ -33,15 +34,20 @@ def export(
     ] = None,
 ) -> None:
     """Write a run, or one of its controllers, for other programs."""
+    from swarmevo.runs import files
     from swarmevo.runs.store import Store
 
     if as_csv + as_json + (controller is not None) != 1:
         exit_with(USAGE, "export: expected one of --csv, --json and --controller ID")
+    if controller is None:
+        without_effect(context, "without --controller", "form", "robot")
+    if form == "json":
+        without_effect(context, "without --as epuck or webots", "robot")
     if form not in ("json", "epuck", "webots"):
         exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
     with Store.open(run) as store:
         text = "" if controller is None else _controller(store, controller, form, robot)
-        with writing(out), out.open("x", encoding="utf-8") if out else nullcontext(sys.stdout) as stream:
+        with files.opened(out, fresh_only=True) if out else nullcontext(streams.data()) as stream:
             _write(store, stream, text, as_csv)
 
 

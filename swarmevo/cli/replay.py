@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,13 +11,14 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, team_sizes, writing
+from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, say, team_sizes, without_effect
 
 _SIDE_BY_SIDE = 8  # replays in a page
 
 
 @app.command()
 def replay(
+    context: typer.Context,
     run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its best.")],
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
     video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
@@ -45,6 +45,13 @@ def replay(
     from swarmevo.views.replay import episode as replay_episode
     from swarmevo.views.replay import page as replay_page
 
+    if live:
+        stored = ("generation", "repeat", "robots", "force")  # what a live episode is not
+        without_effect(context, "with --live", "html", "video", "serve", *stored)
+    if not (live or serve):
+        without_effect(context, "without --serve or --live", "port")
+    if not video:
+        without_effect(context, "without --video", "speed", "seconds")
     folder, genome = _run_and_individual(run)
     sizes = [] if robots is None else team_sizes(robots, _SIDE_BY_SIDE)
     span = _seconds(seconds)
@@ -62,7 +69,9 @@ def replay(
         chosen = replay_episode.choose(store, genome, generation, repeat)
         episodes, warning = replay_episode.episodes(store, chosen, sizes, force, settings or [])
     if warning:
-        print(f"warning: {warning}", file=sys.stderr)
+        say(f"warning: {warning}")
+    if (every := max(episode["thinned"] for episode in episodes)) > 1:
+        say(f"long episode: 1 control step of {every} is shown")
     page = replay_page.render(episodes, f"{folder.name}, individual {chosen.genome}")
     if html or not (video or serve):
         name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
@@ -75,7 +84,7 @@ def replay(
 
 def _run_and_individual(text: str) -> tuple[Path, int | None]:
     folder, _, individual = text.rpartition(":")
-    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,18}", individual):
+    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,100}", individual):
         return Path(folder), int(individual)
     return Path(text), None
 
@@ -90,8 +99,9 @@ def _seconds(text: str | None) -> tuple[float, float] | None:
 
 
 def _write_page(file: Path, page: str) -> None:
-    with writing(file):
-        file.write_text(page, encoding="utf-8")
+    from swarmevo.runs import files
+
+    files.write(file, page)
     print(file)
 
 
@@ -113,6 +123,6 @@ def _serve(
 
     episode = replay_server.live_episodes(folder, genome, settings) if folder else None
     with replay_server.server(page, port, episode) as server:
-        print(replay_server.hint(server.server_port), file=sys.stderr)
+        say(replay_server.hint(server.server_port))
         with suppress(KeyboardInterrupt):
             server.serve_forever()

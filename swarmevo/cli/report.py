@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, app, exit_with, writing
+from swarmevo.cli.common import USAGE, app, exit_with, say
 
 
 @app.command()
@@ -27,8 +26,6 @@ def report(
 
     if html is None and len(runs) > 1:
         exit_with(USAGE, "--html: expected a file for the report of several runs, got none")
-    with writing(html):
-        file = report.write(runs, html or runs[0] / report.FILE, lambda what: print(what, file=sys.stderr))
-        written = [file, *(report.write_figures(runs, figures) if figures else [])]
-    for path in written:
+    print(report.write(runs, html or runs[0] / report.FILE, say))
+    for path in report.write_figures(runs, figures) if figures else []:
         print(path)

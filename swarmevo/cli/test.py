@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import AsJson, OtherWorld, Run, Workers, app, interruptible, team_sizes, worker_count
+from swarmevo.cli import streams
+from swarmevo.cli.common import AsJson, OtherWorld, Run, Workers, app, interruptible, say, team_sizes, worker_count
 
 
 @app.command("test")
@@ -31,7 +31,7 @@ def assess(
         found = assessment.assess(store, sizes, repeats, robustness, count, observe, stop, settings or [])
     fate = "not stored, being of another world" if found.changes else f"stored in {table_ii.save(found, run)}"
     if as_json:
-        print(table_ii.as_json(found))
+        print(table_ii.as_json(found), file=streams.data())
     else:
         console.show_assessment(found)
-    print(fate, file=sys.stderr)
+    say(fate)

@@ -17,7 +17,8 @@ from swarmevo.config.models import (
     Sensors,
     Team,
 )
-from swarmevo.config.reading import as_overrides, changed, dump, load, seeded
+from swarmevo.config.overrides import as_overrides
+from swarmevo.config.reading import changed, dump, load, seeded
 from swarmevo.errors import ConfigError
 
 __all__ = [

@@ -158,7 +158,7 @@ def _hint(value: Any, unit: str) -> str:
     """Say what to do about text in the place of a number."""
     if not isinstance(value, str):
         return ""
-    if type(config_yaml.parse(value)[0]) in (int, float):
+    if type(config_yaml.plain(config_yaml.parse(value)[0])) in (int, float):
         return "; write it without quotes"
     if re.match(r"[-+]?[0-9.]+ *[^0-9. ]+$", value):
         return f"; write the number alone, in {unit}" if unit else "; write the number alone"

@@ -8,7 +8,9 @@ Readings of the paper behind the defaults: ``docs/paper-map.md``.
 
 from __future__ import annotations
 
-import math
+import re
+import reprlib
+import sys
 from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal
 
@@ -241,7 +243,9 @@ def _plain(options: dict[str, Any]) -> dict[str, Any]:
     """Refuse what YAML or JSON cannot give back: options travel as text to the run folder and to workers."""
     for name, value in options.items():
         if not _is_plain(value):
-            raise ValueError(f"{name}: expected a finite number, text, true, false, null or a list, got {value}")
+            raise ValueError(
+                f"{name}: expected a finite number, text, true, false, null or a list, got {reprlib.repr(value)}"
+            )
     return options
 
 
@@ -250,9 +254,11 @@ def _is_plain(value: Any) -> bool:
         return all(isinstance(key, str) and _is_plain(entry) for key, entry in value.items())
     if isinstance(value, list):
         return all(map(_is_plain, value))
-    if isinstance(value, float):
-        return math.isfinite(value)  # JSON knows no other
-    return value is None or isinstance(value, bool | int | str)
+    if isinstance(value, int | float):
+        return abs(value) <= sys.float_info.max  # JSON knows no NaN and no infinity
+    if isinstance(value, str):
+        return not re.search("[\ud800-\udfff]", value)  # nor UTF-8 half a character
+    return value is None
 
 
 Options = Annotated[dict[str, Any], AfterValidator(_plain)]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import copy
 import importlib.resources
-import json
 import re
 import secrets
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,27 +21,38 @@ from pydantic_core import ErrorDetails
 from swarmevo.config import yaml as config_yaml
 from swarmevo.config.messages import PLUGINS, did_you_mean, explain, keys_of, nearest, shown
 from swarmevo.config.models import Config, named
+from swarmevo.config.overrides import apply
 from swarmevo.errors import ConfigError
+
+TakeOptions = Callable[[str, str, Mapping[str, Any]], dict[str, Any]]
+
+
+def _as_yaml_reads_them(kind: str, name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    taken: dict[str, Any] = config_yaml.plain(options)
+    return taken
 
 
 def load(
     source: str | Path | None,
     overrides: Sequence[str] = (),
     check: Callable[[Config], list[str]] | None = None,
+    options: TakeOptions = _as_yaml_reads_them,
 ) -> Config:
     """Read a configuration.
 
     Args:
         source: A YAML file, or the bare name of a packaged configuration, such as ``paper``; None is ``quick``.
-        overrides: ``section.key=value``, the value in YAML; they win over the file, later ones over earlier ones. A
-            plugin's bare name (``optimiser=pde``) keeps the options that the file gives it.
+        overrides: ``section.key=value``, the value in YAML; they win over the file, and set each key once. A plugin's
+            bare name (``optimiser=pde``) keeps the options that the file gives it.
         check: Further errors of a configuration whose keys are all right one by one, one line each.
+        options: Told a plugin's kind, its name and its options, in which numbers, true and false are ``Written``;
+            returns them as plain data. Without it they are what YAML says.
 
     Raises:
         ConfigError: With everything that is wrong, ``check`` included.
     """
     errors: list[str] = []
-    return _finished(_parse(*_text(source or "quick"), errors), overrides, check, errors)
+    return _finished(_parse(*_text(source or "quick"), errors), overrides, check, errors, options)
 
 
 def changed(config: Config, overrides: Sequence[str], check: Callable[[Config], list[str]] | None = None) -> Config:
@@ -50,32 +60,16 @@ def changed(config: Config, overrides: Sequence[str], check: Callable[[Config], 
     return _finished(config.model_dump(mode="json"), overrides, check, [])
 
 
-def as_overrides(settings: Mapping[str, Any]) -> list[str]:
-    """Return ``{"section.key": value}`` as :func:`load` takes it.
-
-    Raises:
-        ConfigError: A value is none that YAML has.
-    """
-    return [f"{key}={_as_yaml(str(key), value)}" for key, value in settings.items()]
-
-
-def _as_yaml(key: str, value: Any) -> str:
-    try:
-        return json.dumps(value, default=lambda array: array.tolist())  # of NumPy
-    except (TypeError, ValueError, AttributeError):
-        raise ConfigError(f"{key}: expected a number, text, list or mapping, got {type(value).__name__}") from None
-
-
 def _finished(
     raw: dict[str, Any],
     overrides: Sequence[str],
     check: Callable[[Config], list[str]] | None,
     errors: list[str],
+    options: TakeOptions = _as_yaml_reads_them,
 ) -> Config:
-    """Return the configuration that plain data and overrides make; ``errors`` were found before."""
-    for override in overrides:
-        _override(raw, override, errors)
-    config, missing = _build(raw, errors)
+    """Return the configuration that data as it is written and overrides make; ``errors`` were found before."""
+    apply(raw, overrides, errors)
+    config, missing = _build(_settled(raw, options), errors)
     if check is not None:
         errors += [line for line in check(config) if not _stems_from(line, missing)]
     if errors:
@@ -132,43 +126,31 @@ def _text(source: str | Path) -> tuple[str, str]:
 
 
 def _parse(name: str, text: str, errors: list[str]) -> dict[str, Any]:
+    """Return what a text has of each section; nothing of one without keys, which has its defaults."""
     raw, found = config_yaml.parse(text)
     lines = [f"{name}: {line}" for line in found]
     if isinstance(raw, dict):
         errors += lines
-        return raw
+        return {key: value for key, value in raw.items() if value is not None or key not in Config.model_fields}
     if not lines:
-        got = "an empty file" if raw is None else shown(raw)
+        got = "an empty file" if raw is None else shown(config_yaml.plain(raw))
         lines = [f"{name}: expected sections ({', '.join(Config.model_fields)}), got {got}"]
     raise ConfigError(*lines)
 
 
-def _override(raw: dict[str, Any], override: str, errors: list[str]) -> None:
-    """Set one key of ``raw`` as ``section.key=value`` says."""
-    path, equals, text = override.partition("=")
-    *sections, key = path.strip().split(".")
-    if not equals or not all([*sections, key]):
-        errors.append(f"--set {override}: expected section.key=value")
-        return
-    value, found = config_yaml.parse(text)
-    if found:
-        errors += [f"--set {override}: {line}" for line in found]
-        return
-
-    # A plugin's options are set beside those it has; its bare name keeps them.
-    top = (sections or [key])[0]
-    if top in PLUGINS:
-        raw[top] = named(raw.get(top, copy.deepcopy(Config.model_fields[top].default)))
-        if not sections and isinstance(value, str) and isinstance(raw[top], Mapping):
-            value = {value: raw[top].get(value, {})}
-
-    section = raw
-    for name in sections:
-        section = section.setdefault(name, {})
-        if not isinstance(section, dict):
-            errors.append(f"--set {override}: {name} is not a section, but {shown(section)}")
-            return
-    section[key] = value
+def _settled(raw: Mapping[str, Any], options: TakeOptions) -> dict[str, Any]:
+    """Return plain data of what is written: the names of plugins are text, their options what they take."""
+    settled: dict[str, Any] = {}
+    for key, value in raw.items():
+        chosen = named(value) if key in PLUGINS else value
+        if key in PLUGINS and isinstance(chosen, Mapping):
+            settled[key] = {
+                str(name): options(key, str(name), given) if isinstance(given, Mapping) else config_yaml.plain(given)
+                for name, given in chosen.items()
+            }
+        else:
+            settled[key] = config_yaml.plain(chosen)
+    return settled
 
 
 # ---- from plain data to a Config -------------------------------------------------------------------------------------

@@ -3,7 +3,8 @@
 
 A task is a job: plain data, which :func:`swarmevo.evolution.jobs.run_job` turns into the same bits anywhere. A worker
 runs as many as it has threads, each of which simulates with the interpreter lock released. Before it runs anything it
-compares its versions with the driver's, so that a worker with another library is refused and does no harm.
+compares its versions and its plugins' files with the driver's, so that a worker with other ones is refused and does no
+harm. A worker that was started before a plugin was changed has the old one until it is started again.
 
 A worker that dies costs the jobs that it had: Dask gives them to another one. When there is no worker, jobs wait for
 the next. When the scheduler is gone, so are the jobs in work; what came back before is stored, and the run can be
@@ -19,15 +20,13 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
-from swarmevo import plugins, simulation
 from swarmevo._version import __version__
 from swarmevo.config import Config
 from swarmevo.errors import ClusterError, EvaluationError, Interrupted, PluginError, SimulatorError
+from swarmevo.evolution.identity import Identity, difference, identity
 from swarmevo.evolution.jobs import Job, run_job
 from swarmevo.evolution.results import Results
-from swarmevo.plugins.checked import one_line
+from swarmevo.plugins.calls import one_line
 from swarmevo.simulation.library import cpu
 
 if TYPE_CHECKING:
@@ -39,9 +38,6 @@ CONNECT_SECONDS: Final = 10.0
 """To wait for the scheduler's answer."""
 _GLANCE_SECONDS: Final = 0.2  # between two looks whether to stop and whether the scheduler is there
 _COUNT_SECONDS: Final = 5.0  # between two counts of the workers while nothing comes
-
-Identity = Mapping[str, str]
-"""What must be the same on driver and workers for the same bits."""
 
 
 def backend(address: str, say: Callable[[str], None]) -> Callable[[str, int], DaskBackend]:
@@ -58,17 +54,8 @@ def backend(address: str, say: Callable[[str], None]) -> Callable[[str, int], Da
 
 
 @cache
-def identity(config_json: str) -> Identity:
-    """Return what this process is: versions of swarmevo, its library, NumPy and the configured plugins.
-
-    Raises:
-        PluginError: A configured plugin is not installed.
-        SimulatorError: The library cannot be loaded.
-    """
-    config = Config.model_validate_json(config_json)
-    chosen = {"controller": config.controller, "fitness": config.fitness}
-    found = {f"{kind}.{name}": plugins.find(kind, name).origin for kind, names in chosen.items() for name in names}
-    return {"swarmevo": __version__, "library": simulation.library_info()["build"], "NumPy": np.__version__, **found}
+def _identity(config_json: str) -> Identity:
+    return identity(Config.model_validate_json(config_json))
 
 
 def run_task(job: Job, config_json: str, expected: Identity) -> Results:
@@ -78,14 +65,8 @@ def run_task(job: Job, config_json: str, expected: Identity) -> Results:
         ClusterError: The worker is not what the driver is.
         EvaluationError, PluginError: As :func:`swarmevo.evolution.jobs.run_job`.
     """
-    found = identity(config_json)
-    wrong = [
-        f"{key} {found.get(key, 'none')} instead of {value}"
-        for key, value in expected.items()
-        if found.get(key) != value
-    ]
-    if wrong:
-        raise ClusterError(f"worker {_worker()}: has {', '.join(wrong)}; install the same there, or stop it")
+    if wrong := difference(_identity(config_json), expected):
+        raise ClusterError(f"worker {_worker()}: has {wrong}; install the same there and start it again, or stop it")
     return run_job(config_json, job)
 
 
@@ -114,7 +95,7 @@ class DaskBackend:
 
     def __init__(self, config_json: str, address: str, say: Callable[[str], None]) -> None:
         self._config_json = config_json
-        self._expected = identity(config_json)
+        self._expected = identity(Config.model_validate_json(config_json))
         self._address = address
         self._say = say
         self._client = _connect(address)
@@ -223,5 +204,7 @@ def _connect(address: str) -> Client:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters comes as an error of one line
     try:
         return Client(address, timeout=CONNECT_SECONDS, set_as_default=False, name="swarmevo")
+    except TypeError as error:  # so Dask says that it has no certificates
+        raise ClusterError(f"{address}: expected certificates in Dask's configuration: {one_line(error)}") from error
     except (OSError, ValueError, TimeoutError) as error:
         raise ClusterError(f"{address}: no Dask scheduler answers; start one with: dask scheduler") from error

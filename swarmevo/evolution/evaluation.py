@@ -113,6 +113,7 @@ class Evaluator:
         self._setup = Setup(config)
         self._episode_seconds = math.inf  # of one worker, measured
         self._backend = backend(config.model_dump_json(), workers or len(os.sched_getaffinity(0)))
+        self._process = os.getpid()
 
     def __enter__(self) -> Self:
         return self
@@ -123,8 +124,9 @@ class Evaluator:
         self.close()
 
     def close(self) -> None:
-        """Free the workers."""
-        self._backend.close()
+        """Free the workers; in a fork of the process that made them they are not."""
+        if os.getpid() == self._process:
+            self._backend.close()
 
     @property
     def objectives(self) -> list[Objective]:
@@ -177,12 +179,16 @@ class Evaluator:
                 in which an episode failed, which should have another try.
 
         Raises:
-            EvaluationError: A plugin or an episode failed.
+            EvaluationError: A plugin or an episode failed, ``genomes`` has another shape, or this is a fork of the
+                process that made the evaluator.
             Interrupted: ``stop`` said so.
-            ValueError: ``genomes`` has another shape.
         """
-        if genomes.ndim != 2 or genomes.shape[1] != self.space.size:
-            raise ValueError(f"genomes: expected the shape (n, {self.space.size}), got {genomes.shape}")
+        if os.getpid() != self._process:
+            raise EvaluationError(
+                f"evaluator: expected process {self._process}, which made it, got {os.getpid()}, a fork of it without "
+                "its workers; make one in each process"
+            )
+        self._setup.team.check(genomes)
         started = time.perf_counter()
         jobs = self._jobs(genomes, trial, generation, known)
         results = []
@@ -194,12 +200,13 @@ class Evaluator:
             self._episode_seconds = sum(result.seconds for result in results) / sum(map(len, results))
         if known is not None:
             results.append(_without(known, jobs))
-        return self._evaluation(joined(results), time.perf_counter() - started)
+        where = f"trial {trial}, generation {generation}"
+        return self._evaluation(joined(results), time.perf_counter() - started, where)
 
-    def _evaluation(self, episodes: Results, seconds: float) -> Evaluation:
-        """Return what all episodes of an evaluation mean."""
+    def _evaluation(self, episodes: Results, seconds: float, where: str) -> Evaluation:
+        """Return what all episodes of an evaluation mean; ``where``: of which generation they are, in words."""
         if all(episodes.faults):
-            raise EvaluationError(f"every episode of the generation failed; the first: {episodes.faults[0]}")
+            raise EvaluationError(f"{where}: every episode failed; individual 0, repeat 0: {episodes.faults[0]}")
         costs = to_costs(self.objectives, mean_over_repeats(episodes.grid("objective")))
         return Evaluation(episodes, costs, seconds)
 

@@ -7,7 +7,7 @@ the several worlds of its job at once; its jobs are therefore cut the same way o
 
 An episode fails when the physics, the controller or a fitness does. Then the run ends, or, with ``evolution.on_fault:
 worst``, the episode gets the worst objectives. A job that fails as a whole is run again episode by episode, so that
-only those episodes fail which do so alone.
+only those episodes fail which do so alone, and the line that ends a run names the one.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.config import Config
-from swarmevo.errors import EvaluationError, Interrupted
+from swarmevo.errors import EvaluationError, Interrupted, PluginError
 from swarmevo.evolution import processes
+from swarmevo.evolution.identity import Identity, difference, identity
 from swarmevo.evolution.results import COLUMNS, Results, joined
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import CHANNELS, FloatArray
@@ -80,30 +81,30 @@ def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callabl
     started = time.perf_counter()
     try:
         with processes.child() as child:
-            child.call(_warm_up, (config_json,), START_SECONDS, cancelled)
+            found = child.call(_warm_up, (config_json,), START_SECONDS, cancelled)
+            if wrong := difference(found, setup.identity):
+                raise PluginError(
+                    f"a process for an episode has {wrong}: a plugin was changed while the run went on; undo that, "
+                    "then resume, or go on with --accept-changed-plugin"
+                )
             return child.call(_run_here, (config_json, job), limit, cancelled)
     except processes.Cancelled as wish:
         raise Interrupted from wish
     except processes.Lost as lost:
         reason = f"the episode {lost}"
         if not setup.goes_on:
-            raise EvaluationError(f"{_place(job, 0)}{_others(job)}: {reason} (evolution.episode_timeout)") from lost
+            raise EvaluationError(f"{place(job)}: {reason} (evolution.episode_timeout)") from lost
         if len(job.episodes) == 1:
             return setup.failed(job, reason, time.perf_counter() - started)
         return joined([_run_supervised(config_json, setup, job.alone(i), cancelled) for i in range(len(job.episodes))])
 
 
-def _warm_up(config_json: str) -> None:
-    _setup(config_json)
+def _warm_up(config_json: str) -> Identity:
+    return _setup(config_json).identity
 
 
 def _run_here(config_json: str, job: Job) -> Results:
     return _setup(config_json).run(job, never)
-
-
-def _others(job: Job) -> str:
-    more = len(job.episodes) - 1
-    return f", or one of the {more} episodes after it" if more else ""
 
 
 _THREAD = threading.local()  # a cache: what a thread made from the configuration that it saw last
@@ -121,6 +122,7 @@ class Setup:
     """Runs jobs of a configuration with a team of its own. For one thread."""
 
     def __init__(self, config: Config) -> None:
+        self.identity = identity(config)
         self.team = Team(config)
         self.timeout = config.evolution.episode_timeout
         self.goes_on = config.evolution.on_fault == "worst"
@@ -137,11 +139,13 @@ class Setup:
         try:
             return self._run(job, cancelled)
         except EvaluationError as error:
-            if not self.goes_on:
-                raise
-            if len(job.episodes) == 1:
-                return self.failed(job, str(error), time.perf_counter() - started)
-            return joined([self.run(job.alone(i), cancelled) for i in range(len(job.episodes))])
+            if len(job.episodes) > 1:
+                alone = [self.run(job.alone(i), cancelled) for i in range(len(job.episodes))]
+                if self.goes_on:
+                    return joined(alone)
+            if not self.goes_on:  # of several episodes none fails alone
+                raise EvaluationError(f"{error}, in {place(job)}") from error
+            return self.failed(job, str(error), time.perf_counter() - started)
 
     def _run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         started = time.perf_counter()
@@ -149,7 +153,7 @@ class Setup:
         failed = np.flatnonzero(done.status)
         if len(failed):
             first = int(failed[0])
-            raise EvaluationError(f"{_place(job, first)}: the episode failed: {done.messages[first]}")
+            raise EvaluationError(f"the episode failed: {done.messages[first]}")
         judged = [self.team.judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
         left = {"objective": np.array(judged)}
         left |= {name: getattr(done, name) for name in _SIMULATED}
@@ -181,6 +185,8 @@ _SIMULATED: Final = [column.name for column in COLUMNS if column.axis != "object
 """What the simulator tells of an episode."""
 
 
-def _place(job: Job, i: int) -> str:
-    key = job.episodes[i]
-    return f"trial {key.trial}, generation {key.generation}, individual {job.individuals[i]}, repeat {key.repeat}"
+def place(job: Job) -> str:
+    """Return which episodes a job has, in words."""
+    key, more = job.episodes[0], len(job.episodes) - 1
+    first = f"trial {key.trial}, generation {key.generation}, individual {job.individuals[0]}, repeat {key.repeat}"
+    return f"{first}, or one of the {more} episodes after it" if more else first

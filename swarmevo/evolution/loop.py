@@ -48,6 +48,8 @@ class Progress:
     """For each objective the best mean in this generation."""
     front_size: int
     """Points that no other of this generation dominates; equal ones count once."""
+    new_genomes: int
+    """In this generation, which no generation of its trial had before. 0: the search stands still."""
     eta_seconds: float
     """To the end of the run."""
 
@@ -67,6 +69,10 @@ class Journal(Protocol):
         """Return the optimiser's state after a trial's last generation; None: it has none."""
         ...
 
+    def new_genomes(self, trial: int, number: int) -> int:
+        """Return how many genomes of a generation no generation of its trial had before."""
+        ...
+
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
         """Return the episodes that are kept of a generation in work, with genomes ``(n, size)``."""
         ...
@@ -80,7 +86,7 @@ class Journal(Protocol):
         ...
 
 
-def rehearse(config: Config) -> None:
+def rehearse(config: Config, stop: Callable[[], bool] = never) -> None:
     """Evaluate an individual once, to find what shows only then: plugins that do not fit together, say.
 
     It has random weights and every switch on, so that it is as large as any that evolution can come upon. Nothing is
@@ -89,6 +95,7 @@ def rehearse(config: Config) -> None:
     Raises:
         ConfigError: The evaluation failed.
         EvaluationError, PluginError, SimulatorError: The plugins or the scene cannot be made.
+        Interrupted: ``stop`` said so.
     """
     if config.evolution.on_fault == "worst":
         return
@@ -97,7 +104,7 @@ def rehearse(config: Config) -> None:
         largest = random_genomes(evaluator.space, 1)
         largest[:, evaluator.space.is_switch] = 1.0
         try:
-            evaluator.evaluate(largest, trial=0, generation=0)
+            evaluator.evaluate(largest, trial=0, generation=0, stop=stop)
         except EvaluationError as error:
             raise ConfigError(f"{error} (found in a rehearsal, in an individual with every switch on)") from error
 
@@ -192,6 +199,7 @@ class _Run:
             episodes_per_second=len(evaluation.episodes) / self._recent[-1],
             best=_best(self._evaluator.objectives, evaluation.costs),
             front_size=int(np.count_nonzero(moocore.is_nondominated(evaluation.costs))),
+            new_genomes=self._journal.new_genomes(trial, generation),
             eta_seconds=self._to_go * sum(self._recent) / len(self._recent),
         )
 

@@ -13,7 +13,8 @@ from swarmevo.config import Config
 from swarmevo.errors import PluginError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.state import encode_state
-from swarmevo.plugins.checked import one_line, plugin_title
+from swarmevo.plugins.calls import blamed, message, one_line
+from swarmevo.plugins.checked import plugin_title
 from swarmevo.protocols import FloatArray, GenomeSpace, Optimiser
 
 OPTIMISER_STREAM: Final = 0x0B7
@@ -57,7 +58,7 @@ class CheckedOptimiser:
 
     def _wrong_with(self, genomes: object) -> str:
         size = self._space.size
-        if not isinstance(genomes, np.ndarray):
+        if type(genomes) is not np.ndarray:  # nor a masked array, whose gaps would become numbers
             return f"expected a NumPy array, got {type(genomes).__name__}"
         if genomes.dtype != np.float64:
             return f"expected dtype float64, got {genomes.dtype}"
@@ -78,19 +79,20 @@ class CheckedOptimiser:
     def state(self, generation: int) -> str:
         """Return the optimiser's state as it is stored."""
         state = self._call("state", generation)
-        try:
+
+        def refused(error: BaseException) -> PluginError:
+            is_ours = isinstance(error, TypeError)
+            return self._error("state", generation, message(error) if is_ours else f"raised {one_line(error)}")
+
+        with blamed(refused):  # a mapping of the plugin's own kind is its code, too
             return encode_state(state)
-        except TypeError as error:
-            raise self._error("state", generation, str(error)) from error
 
     def _call(self, method: str, generation: int, *arguments: object) -> Any:
-        try:
+        with blamed(lambda error: self._error(method, generation, f"raised {one_line(error)}")):
             return getattr(self._made, method)(*arguments)
-        except Exception as error:  # whatever a stranger's plugin raises
-            raise self._error(method, generation, f"raised {one_line(error)}") from error
 
     def _error(self, method: str, generation: int, reason: str) -> PluginError:
         return PluginError(
             f"{self._title}: {method}, trial {self._trial}, generation {generation}: {reason}; repair the plugin, then "
-            "continue the run: all generations before are stored"
+            "resume with --accept-changed-plugin: all generations before are stored"
         )

@@ -61,6 +61,16 @@ def dismiss() -> None:
         one.kill()
 
 
+def _forget() -> None:
+    """Leave the children to the parent: two processes must not talk to one."""
+    global _idle_lock
+    _idle.clear()
+    _idle_lock = threading.Lock()  # a thread of the parent may hold the other one
+
+
+os.register_at_fork(after_in_child=_forget)
+
+
 class _Child:
     """A process that does what it is told, one call after the other."""
 

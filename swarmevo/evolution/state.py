@@ -11,6 +11,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+DEEPEST: Final = 100
+"""Dicts and lists in one another that a state may have: JSON that is deeper could not be read again everywhere."""
+
 _ARRAY_KEYS: Final = {"dtype", "shape", "base64"}
 
 
@@ -22,11 +25,14 @@ def encode_state(state: Mapping[str, Any]) -> str:
             ``{"dtype", "shape", "base64"}``; whole numbers keep all their digits, floats all their bits.
 
     Raises:
-        TypeError: Anything else is in it; the message says where.
+        TypeError: Anything else is in it, or it is in itself or too deep; the message says where.
     """
     if not isinstance(state, Mapping):
         raise TypeError(f"expected a mapping, got {type(state).__name__}")
-    return json.dumps(_plain(state, "state"))
+    try:
+        return json.dumps(_plain(state, "state", ()))
+    except ValueError as error:  # a number with too many digits to be read again
+        raise TypeError(f"state: {error}") from error
 
 
 def decode_state(text: str) -> dict[str, Any]:
@@ -44,20 +50,26 @@ def decode_state(text: str) -> dict[str, Any]:
     return state
 
 
-def _plain(value: Any, where: str) -> Any:
-    """Return ``value`` made of what JSON knows."""
+def _plain(value: Any, where: str, around: tuple[int, ...]) -> Any:
+    """Return ``value`` made of what JSON knows; ``around`` are the ids of what it is in."""
+    if id(value) in around:
+        raise TypeError(f"{where}: expected no cycles, but it is in itself")
+    if len(around) > DEEPEST:
+        raise TypeError(f"{where[:60]}...: expected at most {DEEPEST} dicts and lists in one another, got more")
     if isinstance(value, np.ndarray):
         return _plain_array(value, where)
     if isinstance(value, np.generic):
-        return _plain(value.item(), where)
+        return _plain(value.item(), where, (*around, id(value)))
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Mapping):
         if not all(isinstance(key, str) for key in value) or set(value) == _ARRAY_KEYS:
             raise TypeError(f"{where}: expected strings as keys, other than those of an array, got {list(value)}")
-        return {key: _plain(entry, f"{where}[{key!r}]") for key, entry in value.items()}
+        inside = (*around, id(value))
+        return {key: _plain(entry, f"{where}[{key!r}]", inside) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(entry, f"{where}[{i}]") for i, entry in enumerate(value)]
+        inside = (*around, id(value))
+        return [_plain(entry, f"{where}[{i}]", inside) for i, entry in enumerate(value)]
     raise TypeError(f"{where}: expected a number, string, None, array, dict or list, got {type(value).__name__}")
 
 

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed, wait
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from typing import Any, Final, Protocol, TypeAlias
 
 from swarmevo.errors import Interrupted
@@ -15,6 +15,10 @@ from swarmevo.evolution.results import Results
 
 JOB_SECONDS: Final = 0.5
 """A job should not take longer, so that Ctrl-C is answered soon; one episode is the least."""
+GLANCE_SECONDS: Final = 0.1
+"""Between two looks whether to stop."""
+PATIENCE_SECONDS: Final = 0.3
+"""To wait for a job whose result is not wanted any more."""
 
 
 class Backend(Protocol):
@@ -38,7 +42,7 @@ class Backend(Protocol):
     def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
         """Yield the jobs' results in any order.
 
-        When closed early, drop the rest and wait for what still runs.
+        When closed early, drop the rest and wait for what still runs, but not for what hangs.
 
         Args:
             jobs: To run.
@@ -60,6 +64,7 @@ class ThreadBackend:
     def __init__(self, config_json: str, workers: int) -> None:
         self._config_json = config_json
         self.slots = workers
+        self._hangs = False
         self._threads = ThreadPoolExecutor(workers, thread_name_prefix="swarmevo")
 
     @property
@@ -76,24 +81,38 @@ class ThreadBackend:
         """See :class:`Backend`."""
         cancelled = threading.Event()
         futures = [self._threads.submit(run_job, self._config_json, job, cancelled.is_set) for job in jobs]
-        to_come = len(jobs)
+        unfinished, to_come = set(futures), len(futures)
         try:
-            for future in as_completed(futures):
-                if isinstance(future.exception(), Interrupted):
-                    continue
-                to_come -= 1
-                yield future.result()
-                if not cancelled.is_set() and stop() and to_come:
-                    cancelled.set()
-            if cancelled.is_set():
-                raise Interrupted
+            while unfinished:
+                finished, unfinished = wait(unfinished, GLANCE_SECONDS, FIRST_COMPLETED)
+                is_over = not finished and stop()
+                for future in finished:
+                    yield future.result()
+                    to_come -= 1
+                    is_over = is_over or (stop() and to_come > 0)
+                if is_over:
+                    yield from self._last(unfinished, cancelled)
+                    raise Interrupted
         finally:
             cancelled.set()
-            wait(futures)
+            self._drop(unfinished)
+
+    def _last(self, unfinished: Collection[Future[Results]], cancelled: threading.Event) -> Iterator[Results]:
+        """Begin no more jobs; yield what those in work give soon."""
+        cancelled.set()
+        finished, _ = wait(unfinished, PATIENCE_SECONDS)
+        for future in finished:
+            if not isinstance(future.exception(), Interrupted):
+                yield future.result()
+
+    def _drop(self, unfinished: Collection[Future[Results]]) -> None:
+        """Wait for jobs that nobody wants any more, but not for ever: a thread that hangs cannot be ended."""
+        _, hanging = wait(unfinished, PATIENCE_SECONDS)
+        self._hangs = self._hangs or bool(hanging)
 
     def close(self) -> None:
         """See :class:`Backend`."""
-        self._threads.shutdown()
+        self._threads.shutdown(wait=not self._hangs, cancel_futures=True)
         processes.dismiss()
 
 

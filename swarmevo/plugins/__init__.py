@@ -2,10 +2,9 @@
 """Plugins: finding, checking and making them; what they return, checked."""
 
 from swarmevo.errors import PluginError
+from swarmevo.plugins.options import HOST_PARAMETERS, Factory
 from swarmevo.plugins.registry import (
     GROUPS,
-    HOST_PARAMETERS,
-    Factory,
     PluginEntry,
     Report,
     check,
@@ -14,6 +13,7 @@ from swarmevo.plugins.registry import (
     find,
     load,
     option_errors,
+    settled_options,
 )
 
 __all__ = [
@@ -29,4 +29,5 @@ __all__ = [
     "find",
     "load",
     "option_errors",
+    "settled_options",
 ]

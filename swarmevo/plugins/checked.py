@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from swarmevo import plugins
-from swarmevo.config import Config
-from swarmevo.errors import EvaluationError, Interrupted
+from swarmevo import plugins, returned, simulation
+from swarmevo.config import Config, Team
+from swarmevo.errors import EvaluationError, Interrupted, InvalidArgument, SwarmevoError
+from swarmevo.plugins.calls import blamed, one_line
+from swarmevo.plugins.registry import individual_space
 from swarmevo.protocols import (
     CHANNELS,
     Compiled,
@@ -30,24 +32,6 @@ from swarmevo.protocols import (
 )
 
 
-class TeamController:
-    """A controller whose robots have a genome each, as the fitness sees it: a genome is a whole team's."""
-
-    def __init__(self, controller: Controller, robots: int) -> None:
-        self._controller = controller
-        self._robots = robots
-
-    def space(self, scene: SceneInfo) -> GenomeSpace:
-        """Return the layout of a team's genome: a robot's, as often as there are robots."""
-        return self._controller.space(scene).tile(self._robots)
-
-    def complexity(self, genomes: FloatArray) -> FloatArray:
-        """Return ``(n,)``: mean over the robots."""
-        each = self._controller.complexity(genomes.reshape(len(genomes) * self._robots, -1))
-        mean: FloatArray = np.reshape(each, (len(genomes), self._robots)).mean(axis=1)
-        return mean
-
-
 class CheckedController:
     """The configured controller; what it returns is checked, what it raises is explained."""
 
@@ -56,23 +40,18 @@ class CheckedController:
         self.title = plugin_title("controller", name)
         self.made: Any = plugins.create("controller", name, options)
         self.is_native = isinstance(self.made, NativeController)
-        self.space = self._checked_space(info)
+        self.space = self.checked_space(info)
 
-    def _checked_space(self, info: SceneInfo) -> GenomeSpace:
+    def checked_space(self, info: SceneInfo) -> GenomeSpace:
+        """Return the layout of a robot's genome."""
         space = _call(self.title, "space", self.made.space, info)
-        if not isinstance(space, GenomeSpace):
-            raise EvaluationError(f"{self.title}: space: expected a GenomeSpace, got {type(space).__name__}")
-        if space.size < 1:
-            raise EvaluationError(f"{self.title}: space: expected at least one gene, got none")
-        return space
+        found: GenomeSpace = _check(self.title, "space", returned.space, space)
+        return found
 
-    def complexity(self, controller: Controller, genomes: FloatArray) -> FloatArray:
-        """Return ``(n,)``: what ``controller``, this one or a team of it, says of genomes."""
-        return _numbers(
-            _call(self.title, "complexity", controller.complexity, genomes.copy()),
-            (len(genomes),),
-            f"{self.title}: complexity",
-        )
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        """Return ``(n,)``: what the controller says of genomes ``(n, size)`` of robots."""
+        found = _call(self.title, "complexity", self.made.complexity, genomes.copy())
+        return _numbers(self.title, "complexity", found, (len(genomes),))
 
     def policies(self, teams: FloatArray) -> NativePolicies:
         """Return one policy for each genome of ``teams`` ``(n, genomes, size)``, made team by team."""
@@ -84,9 +63,31 @@ class CheckedController:
             raise EvaluationError(
                 f"{self.title}: policies: expected FeedForward or Compiled, got {type(policies).__name__}"
             )
+        try:
+            simulation.check_policies(policies)
+        except InvalidArgument as error:
+            raise EvaluationError(f"{self.title}: its policies were refused: {error}") from error
         if len(policies) != len(genomes):
             raise EvaluationError(f"{self.title}: policies: expected {len(genomes)} policies, got {len(policies)}")
         return policies
+
+
+class JudgedController:
+    """The controller as the fitness sees it: a genome is an individual's, of one robot or of a whole team."""
+
+    def __init__(self, controller: CheckedController, team: Team) -> None:
+        self._controller = controller
+        self._team = team
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        """Return the layout of an individual's genome."""
+        return individual_space(self._controller.checked_space(scene), self._team)
+
+    def complexity(self, genomes: FloatArray) -> FloatArray:
+        """Return ``(n,)``: mean over the genomes of a team."""
+        n, robots = len(genomes), self._team.genomes_per_team
+        mean: FloatArray = self._controller.complexity(genomes.reshape(n * robots, -1)).reshape(n, robots).mean(axis=1)
+        return mean
 
 
 class CancellableController:
@@ -105,7 +106,7 @@ class CancellableController:
         if self._cancelled():
             raise Interrupted
         commands = _call(self._controller.title, "act", self._controller.made.act, observations)
-        return _numbers(commands, (*observations.shape[:2], 2), f"{self._controller.title}: act")
+        return _numbers(self._controller.title, "act", commands, (*observations.shape[:2], 2))
 
 
 class CheckedFitness:
@@ -114,24 +115,15 @@ class CheckedFitness:
     def __init__(self, name: str, options: dict[str, Any]) -> None:
         self._title = plugin_title("fitness", name)
         self._made: Fitness = plugins.create("fitness", name, options)
-        self.objectives: tuple[Objective, ...] = _call(self._title, "objectives", lambda: tuple(self._made.objectives))
         self.channels: tuple[str, ...] = _call(self._title, "channels", lambda: tuple(self._made.channels))
-        self._check_objectives()
+        self.objectives = self._checked_objectives()
         self._check_channels()
 
-    def _check_objectives(self) -> None:
-        if not self.objectives:
+    def _checked_objectives(self) -> tuple[Objective, ...]:
+        given = _call(self._title, "objectives", lambda: tuple(self._made.objectives))
+        if not given:
             raise EvaluationError(f"{self._title}: objectives: expected at least one, got none")
-        for objective in self.objectives:
-            if not isinstance(objective, Objective):
-                wrong = f"expected an Objective, got {type(objective).__name__}"
-            elif objective.direction not in ("maximise", "minimise"):
-                wrong = f"{objective.name}: expected the direction maximise or minimise, got {objective.direction!r}"
-            elif not _is_range(objective.range):
-                wrong = f"{objective.name}: expected as range two finite numbers, low and high, got {objective.range!r}"
-            else:
-                continue
-            raise EvaluationError(f"{self._title}: objectives: {wrong}")
+        return tuple(_check(self._title, "objectives", returned.objective, one) for one in given)
 
     def _check_channels(self) -> None:
         unknown = [channel for channel in self.channels if channel not in list(CHANNELS)]
@@ -140,21 +132,25 @@ class CheckedFitness:
                 f"{self._title}: channels: expected some of {', '.join(CHANNELS)}, got {unknown[0]!r}"
             )
 
-    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
-        """Return the objectives ``(m,)`` of one episode."""
+    def evaluate(
+        self, telemetry: Telemetry, genomes: FloatArray, controller: Controller, in_range: bool = True
+    ) -> FloatArray:
+        """Return the objectives ``(m,)`` of one episode; ``in_range``: each must be in its declared range."""
         values = _call(self._title, "evaluate", self._made.evaluate, telemetry, genomes, controller)
-        objectives: FloatArray = _numbers(values, (1, len(self.objectives)), f"{self._title}: evaluate")[0]
-        if not np.isfinite(objectives).all():
-            raise EvaluationError(f"{self._title}: evaluate: expected finite numbers, got {objectives.tolist()}")
-        return objectives
+        objectives = _numbers(self._title, "evaluate", values, (1, len(self.objectives)))
+        if in_range:
+            _check(self._title, "evaluate", returned.check_range, objectives, self.objectives)
+        only: FloatArray = objectives[0]
+        return only
 
-    def terms(self, telemetry: Telemetry) -> Mapping[str, FloatArray] | None:
+    def terms(self, telemetry: Telemetry, steps: int) -> Mapping[str, FloatArray] | None:
         """Return the parts of an objective ``(episodes, steps)`` by name; None: it does not explain itself."""
         made = self._made
         if not isinstance(made, ExplainedFitness):
             return None
-        parts: Mapping[str, FloatArray] = _call(self._title, "terms", lambda: dict(made.terms(telemetry)))
-        return parts
+        parts: dict[str, Any] = _call(self._title, "terms", lambda: dict(made.terms(telemetry)))
+        shape = len(telemetry.homing_time), steps
+        return {str(name): _numbers(self._title, f"terms: {name}", part, shape) for name, part in parts.items()}
 
 
 def plugin_title(kind: str, name: str) -> str:
@@ -162,44 +158,39 @@ def plugin_title(kind: str, name: str) -> str:
     return f"{kind}.{name} ({plugins.find(kind, name).origin})"
 
 
-def one_line(error: BaseException) -> str:
-    """Return an exception's type and message as one line."""
-    return " ".join(f"{type(error).__name__}: {error}".split())
-
-
 def _call(title: str, method: str, function: Callable[..., Any], *arguments: object) -> Any:
     """Call a plugin's method."""
-    try:
+
+    def explain(error: BaseException) -> SwarmevoError:
+        if isinstance(error, SwarmevoError):  # of another plugin that this one asked, and named in it
+            return error
+        return EvaluationError(f"{title}: {method} raised {one_line(error)}")
+
+    with blamed(explain):
         return function(*arguments)
-    except Exception as error:  # whatever a stranger's plugin raises
-        raise EvaluationError(f"{title}: {method} raised {one_line(error)}") from error
 
 
-def _is_range(value: Any) -> bool:
+def _check(title: str, method: str, check: Callable[..., Any], *values: object) -> Any:
+    """Return what a check of :mod:`swarmevo.returned` makes of what a plugin's method returned."""
     try:
-        low, high = value
-        return bool(-math.inf < low < high < math.inf)
-    except (TypeError, ValueError):  # no pair, or not of numbers
-        return False
+        return check(*values)
+    except ValueError as error:
+        raise EvaluationError(f"{title}: {method}: {error}") from error
 
 
-def _numbers(values: object, shape: tuple[int, ...], what: str) -> FloatArray:
-    """Return ``values`` as a float array after a check of its shape."""
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise EvaluationError(f"{what}: expected an array of numbers, got {type(values).__name__}") from error
-    if array.shape != shape:
-        raise EvaluationError(f"{what}: expected an array of shape {shape}, got {array.shape}")
-    return array
+def _numbers(title: str, method: str, values: object, shape: tuple[int, ...]) -> FloatArray:
+    found: FloatArray = _check(title, method, returned.numbers, values, shape)
+    return found
 
 
-def check_names(objectives: Sequence[Objective]) -> None:
-    """Refuse two objectives of one name.
+def check_together(objectives: Sequence[Objective]) -> None:
+    """Refuse two objectives of one name, and ranges whose hypervolume is no finite number.
 
     Raises:
         EvaluationError: There are.
     """
+    if not math.isfinite(math.prod(high - low for low, high in (objective.range for objective in objectives))):
+        raise EvaluationError("fitness: expected ranges of objectives whose product is finite; make them narrower")
     names = [objective.name for objective in objectives]
     for name in names:
         if names.count(name) > 1:

@@ -11,18 +11,23 @@ import inspect
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
-from inspect import Parameter
 from typing import Any
 
 import numpy as np
 
+from swarmevo import returned
 from swarmevo.config import Config, Team, did_you_mean
+from swarmevo.config.yaml import plain
 from swarmevo.errors import PluginError
+from swarmevo.plugins import sources
+from swarmevo.plugins.calls import blamed, message, one_line
+from swarmevo.plugins.options import Factory, Option, of_name, settled
+from swarmevo.plugins.options import options as options_of
 from swarmevo.protocols import (
     Block,
     Controller,
@@ -41,13 +46,6 @@ GROUPS = {
 }
 """Entry-point group of each kind of plugin."""
 
-HOST_PARAMETERS = {
-    "controller": (),
-    "fitness": (),
-    "optimiser": ("space", "population", "objectives", "rng"),
-}
-"""What the host passes to each kind's factory, in this order; all other parameters are options."""
-
 _PROTOCOLS: dict[str, tuple[type, ...]] = {
     "controller": (NativeController, PythonController),
     "fitness": (Fitness,),
@@ -55,8 +53,6 @@ _PROTOCOLS: dict[str, tuple[type, ...]] = {
 }
 
 _ANY_SPACE = GenomeSpace((Block("genome", (8,)),))
-
-Factory = Callable[..., Any]
 
 
 @dataclass(frozen=True)
@@ -77,6 +73,11 @@ class PluginEntry:
     def origin(self) -> str:
         """Distribution and version."""
         return f"{self.distribution} {self.version}"
+
+    @property
+    def files(self) -> sources.Files:
+        """What it is made of, as it was when it was imported; see :func:`swarmevo.plugins.sources.files`."""
+        return sources.files(self.target, self.distribution)
 
     def __str__(self) -> str:
         return f"{self.kind}.{self.name} ({self.origin}, {self.target})"
@@ -156,10 +157,10 @@ def load(entry: PluginEntry) -> Factory:
         PluginError: The import fails, or what it gives cannot be called.
     """
     point = metadata.EntryPoint(entry.name, entry.target, GROUPS[entry.kind])
-    try:
+    files = entry.files
+    with blamed(lambda error: PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it")):
         factory = point.load()
-    except (Exception, SystemExit) as error:  # whatever a stranger's module does when imported
-        raise PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it") from error
+    sources.note_import(entry.target, files)
     if not callable(factory):
         raise PluginError(f"{entry}: expected a factory that can be called, got {type(factory).__name__}")
     return factory  # type: ignore[no-any-return]  # callable() has told
@@ -191,10 +192,24 @@ def create(kind: str, name: str, options: Mapping[str, Any], *args: Any) -> Any:
     """
     entry = find(kind, name)
     factory = load(entry)
-    wrong = _option_errors(entry, factory, options)
-    if wrong:
+    known = options_of(kind, factory)
+    if known is None:
+        return _make(entry, factory, options, *args)
+    if wrong := _option_errors(entry, known, options):
         raise PluginError(*wrong)
-    return _make(entry, factory, options, *args)
+    taken = {name: option.taken(value) for name, value in options.items() if (option := of_name(known, name))}
+    return _make(entry, factory, taken, *args)
+
+
+def settled_options(kind: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a plugin's options as plain data, of options as they are written (:func:`swarmevo.config.load`).
+
+    Where its factory wants text, ``1e5`` and ``off`` are text; else they are what YAML says.
+    """
+    with suppress(PluginError):  # told by `option_errors`
+        return settled(kind, load(find(kind, name)), given)
+    plain_options: dict[str, Any] = plain(given)
+    return plain_options
 
 
 def option_errors(config: Config) -> list[str]:
@@ -206,21 +221,21 @@ def option_errors(config: Config) -> list[str]:
     controllers = _try_all("controller", config.controller, errors)
     judges = _try_all("fitness", config.fitness, errors)
     try:
-        space = _space(config, *controllers)
-        objectives = sum(len(judge.objectives) for judge in judges) or 1
-    except Exception as error:  # whatever a stranger's plugin raises
-        return [*errors, f"controller.{next(iter(config.controller))}: {_reason(error)}"]
+        space = _space(config, *controllers.values())
+        objectives = sum(_objectives(name, judge) for name, judge in judges.items()) or 1
+    except PluginError as error:
+        return [*errors, *error.errors]
     host = (space, config.evolution.population, objectives, np.random.default_rng(0))
     _try_all("optimiser", config.optimiser, errors, *host)
     return errors
 
 
-def _try_all(kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any) -> list[Any]:
-    """Make the chosen plugins of a kind; append what is wrong to ``errors``."""
-    made = []
+def _try_all(kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any) -> dict[str, Any]:
+    """Make the chosen plugins of a kind, by name; append what is wrong to ``errors``."""
+    made = {}
     for name, options in chosen.items():
         try:
-            made.append(create(kind, name, options, *args))
+            made[name] = create(kind, name, options, *args)
         except PluginError as error:
             errors += error.errors
     return made
@@ -232,7 +247,15 @@ def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
         return _ANY_SPACE
     steps = round(config.episode.horizon / config.episode.control_period)
     scene = SceneInfo(config.team.robots, steps, config.episode.control_period)
-    return individual_space(controller.space(scene), config.team)
+    name = next(iter(config.controller))
+    with blamed(lambda error: PluginError(f"controller.{name}: {_reason(error)}")):
+        return individual_space(returned.space(controller.space(scene)), config.team)
+
+
+def _objectives(name: str, judge: Fitness) -> int:
+    """Return how many objectives a fitness function has."""
+    with blamed(lambda error: PluginError(f"fitness.{name}: objectives: {_reason(error)}")):
+        return len(judge.objectives)
 
 
 def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
@@ -241,14 +264,15 @@ def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
 
 
 def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *args: Any) -> Any:
-    try:
-        plugin = factory(*args, **options)
-    except (Exception, SystemExit) as error:  # whatever a stranger's factory raises
+    def refused(error: BaseException) -> PluginError:
         # Where the message begins with an option, it reads as that option's place in the configuration.
         reason = _reason(error)
         mark = "." if reason.split(":")[0] in options else ": "
-        raise PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})") from error
-    lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]
+        return PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})")
+
+    with blamed(refused):
+        plugin = factory(*args, **options)
+        lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]  # a property is code, too
     if all(lacking):
         raise PluginError(f"{entry}: expected the methods of the protocol, got none called {' or '.join(lacking)}")
     return plugin
@@ -258,9 +282,9 @@ def _report(entry: PluginEntry) -> Report:
     options: tuple[str, ...] = ()
     try:
         factory = load(entry)
-        parameters = _options(entry.kind, factory) or []
-        options = tuple(map(str, parameters))
-        if not any(map(_is_required, parameters)):
+        known = options_of(entry.kind, factory) or []
+        options = tuple(str(option.parameter) for option in known)
+        if not any(option.is_required for option in known):
             host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
             _make(entry, factory, {}, *host)
         find(entry.kind, entry.name)
@@ -269,60 +293,40 @@ def _report(entry: PluginEntry) -> Report:
         return Report(entry, options, str(error))
 
 
-# ---- options and signatures ------------------------------------------------------------------------------------------
+# ---- what is wrong ---------------------------------------------------------------------------------------------------
 
 
-def _option_errors(entry: PluginEntry, factory: Factory, options: Mapping[str, Any]) -> list[str]:
-    """Return what is wrong with the names of the options, one line each."""
-    parameters = _options(entry.kind, factory)
-    if parameters is None:
-        return []
-    known = [parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD]
-    takes_any = len(known) < len(parameters)
-    path, has = f"{entry.kind}.{entry.name}", f"; {entry.name} has {', '.join(known) or 'no options'}"
-    unknown = [
-        f"{path}.{name}: unknown option of {entry.origin}{did_you_mean(name, known) or has}"
-        for name in options
-        if name not in known and not takes_any
+def _option_errors(entry: PluginEntry, known: Sequence[Option], given: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with options, one line each."""
+    path, owner = f"{entry.kind}.{entry.name}", entry.origin
+    names = [option.name for option in known if not option.takes_any_name]
+    has = f"; {entry.name} has {', '.join(names) or 'no options'}"
+    errors = []
+    for name, value in given.items():
+        option = of_name(known, name)
+        if option is None:
+            errors.append(f"{path}.{name}: unknown option of {owner}{did_you_mean(name, names) or has}")
+        elif problem := option.problem(value):
+            errors.append(f"{path}.{name}: {problem} (annotated so in {owner})")
+    return errors + [
+        f"{path}.{option.name}: expected a value, got none; {owner} has no default for it"
+        for option in known
+        if option.is_required and option.name not in given
     ]
-    missing = [
-        f"{path}.{parameter.name}: expected a value, got none; {entry.origin} has no default for it"
-        for parameter in parameters
-        if _is_required(parameter) and parameter.name not in options
-    ]
-    return unknown + missing
-
-
-def _options(kind: str, factory: Factory) -> list[Parameter] | None:
-    """Return the parameters of a factory that are options; None: it has no signature that Python knows."""
-    try:
-        parameters = list(_signature(factory).parameters.values())
-    except (TypeError, ValueError):
-        return None
-    for _ in HOST_PARAMETERS[kind]:
-        if parameters and parameters[0].kind in (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD):
-            parameters.pop(0)
-    return [parameter for parameter in parameters if parameter.kind is not parameter.VAR_POSITIONAL]
-
-
-def _signature(factory: Factory) -> inspect.Signature:
-    try:
-        return inspect.signature(factory, eval_str=True)  # so that choices can be shown
-    except Exception:  # an annotation may name what exists for type checkers only
-        return inspect.signature(factory)
-
-
-def _is_required(parameter: Parameter) -> bool:
-    return parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
 
 
 def _lacking(plugin: object, protocol: type) -> str:
     """Return the names in ``protocol`` that a plugin does not have."""
     names = {name for base in protocol.__mro__ for name in vars(base) if not name.startswith("_")}
-    return ", ".join(sorted(name for name in names if not hasattr(plugin, name)))
+    return ", ".join(sorted(name for name in names if not _has(plugin, name)))
+
+
+def _has(plugin: object, name: str) -> bool:
+    """Return whether a plugin has an attribute, without asking a property, which may raise, what it is."""
+    return inspect.getattr_static(plugin, name, None) is not None or hasattr(plugin, name)
 
 
 def _reason(error: BaseException) -> str:
     """Return an exception's message as one line; with its type unless it is a ValueError."""
-    message = " ".join(str(error).split())
-    return message if message and isinstance(error, ValueError) else f"{type(error).__name__}: {message}".rstrip(": ")
+    said = message(error)
+    return said if said and isinstance(error, ValueError) else one_line(error)

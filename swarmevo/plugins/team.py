@@ -18,11 +18,11 @@ from swarmevo.plugins.checked import (
     CancellableController,
     CheckedController,
     CheckedFitness,
-    TeamController,
-    check_names,
+    JudgedController,
+    check_together,
 )
-from swarmevo.plugins.registry import individual_space, option_errors
-from swarmevo.protocols import Controller, FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
+from swarmevo.plugins.registry import individual_space, option_errors, settled_options
+from swarmevo.protocols import FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
 from swarmevo.simulation import EpisodeKey, Episodes
 
 
@@ -40,7 +40,7 @@ def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Con
     def errors(found: Config) -> list[str]:
         return simulation.scene_errors(found) + option_errors(found)
 
-    return config.load(source, overrides, errors)
+    return config.load(source, overrides, errors, settled_options)
 
 
 def never() -> bool:
@@ -67,21 +67,37 @@ class Team:
         self._controller = CheckedController(settings, self.scene.info)
         self._fitness = [CheckedFitness(name, options) for name, options in settings.fitness.items()]
         self.objectives: list[Objective] = [objective for one in self._fitness for objective in one.objectives]
-        check_names(self.objectives)
+        check_together(self.objectives)
         self.channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
         """Telemetry that the fitness functions need."""
         self.space: GenomeSpace = individual_space(self._controller.space, settings.team)
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
-        own = settings.team.has_own_genomes
-        self._judged: Controller = TeamController(self._controller.made, self.robots) if own else self._controller.made
+        self._judged = JudgedController(self._controller, settings.team)
 
     @property
     def is_native(self) -> bool:
         """Whether the controller runs in the library."""
         return self._controller.is_native
 
+    def check(self, genomes: FloatArray) -> None:
+        """Refuse individuals that are not ``(n, space.size)``.
+
+        Raises:
+            EvaluationError: They are of another size: not of this controller, or of another version of its plugin.
+        """
+        if genomes.ndim != 2 or genomes.shape[1] != self.space.size:
+            raise EvaluationError(
+                f"{self._controller.title}: genomes: expected the shape (n, {self.space.size}), got {genomes.shape}; "
+                "install the version of the plugin that they were evolved with"
+            )
+
     def robot_genomes(self, genomes: FloatArray) -> FloatArray:
-        """Return individuals ``(n, space.size)`` as robots' genomes ``(n, genomes_per_team, size)``."""
+        """Return individuals ``(n, space.size)`` as robots' genomes ``(n, genomes_per_team, size)``.
+
+        Raises:
+            EvaluationError: They are of another size.
+        """
+        self.check(genomes)
         return genomes.reshape(len(genomes), self.config.team.genomes_per_team, -1)
 
     def simulate(
@@ -98,7 +114,7 @@ class Team:
             genomes: ``(n, space.size)``.
             keys: ``n``: of the episodes.
             channels: Telemetry to record; None: what the fitness functions need.
-            threads: At most so many at once.
+            threads: At most so many at once; 0: one for each processor.
             cancelled: Asked before each control step of a controller written in Python.
 
         Raises:
@@ -121,15 +137,22 @@ class Team:
         except simulation.InvalidArgument as error:
             raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
 
-    def judge(self, telemetry: Telemetry, genomes: FloatArray, i: int) -> FloatArray:
+    def judge(self, telemetry: Telemetry, genomes: FloatArray, i: int, in_range: bool = True) -> FloatArray:
         """Return the objectives ``(m,)`` of episode i, in which ``genomes[i]`` acted.
+
+        Args:
+            telemetry: Of the episodes.
+            genomes: ``(n, space.size)``.
+            i: From 0.
+            in_range: Whether each must be in its declared range. In another world than the run's it need not.
 
         Raises:
             EvaluationError: A fitness function failed.
         """
+        genome = genomes[i : i + 1]
         return np.concatenate(
             [
-                fitness.evaluate(_alone(telemetry, i, fitness.channels), genomes[i : i + 1].copy(), self._judged)
+                fitness.evaluate(_alone(telemetry, i, fitness.channels), genome.copy(), self._judged, in_range)
                 for fitness in self._fitness
             ]
         )
@@ -141,7 +164,7 @@ class Team:
         """
         before = 0
         for fitness in self._fitness:
-            parts = fitness.terms(telemetry)
+            parts = fitness.terms(telemetry, self.scene.info.control_steps)
             if parts is not None:
                 return before, parts
             before += len(fitness.objectives)
@@ -149,7 +172,8 @@ class Team:
 
     def complexity(self, genomes: FloatArray) -> FloatArray:
         """Return ``(n,)``: how many hidden neurons each individual of ``(n, space.size)`` uses."""
-        return self._controller.complexity(self._judged, genomes)
+        self.check(genomes)
+        return self._judged.complexity(genomes)
 
     def networks(self, genome: FloatArray) -> FeedForward | None:
         """Return an individual's networks, one, or one for each robot; None: its controller is something else."""

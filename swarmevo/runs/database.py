@@ -6,18 +6,25 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
-from swarmevo.errors import StoreError
+from swarmevo.errors import OutputError, StoreError
 from swarmevo.protocols import Objective
+from swarmevo.runs import checksums
+from swarmevo.runs.files import refusal
 from swarmevo.runs.schema import APPLICATION_ID, SCHEMA_VERSION, tables
 
 DATABASE_FILE: Final = "run.sqlite"
 
+RUN: Final = "SELECT seed, robots, config_sha256, next_config_sha256, sha256 FROM run"
+OBJECTIVES: Final = "SELECT name, direction, low, high FROM objective ORDER BY number"
+
+_PAGE_SIZE: Final = 16384  # [bytes]: six of the paper's genomes; of the usual 4 KiB one would leave a third empty
 _BUSY_SECONDS: Final = 30.0  # longer than any transaction takes
 
 
@@ -40,14 +47,29 @@ def create_database(
         seed: Of everything random in the run.
     """
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as database:
+        database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
         database.executescript(f"BEGIN; {tables(len(objectives), robots)}")
-        database.execute("INSERT INTO run VALUES (?, ?, ?, NULL)", (seed, robots, config_sha256))
-        database.execute("INSERT INTO session (provenance) VALUES (?)", (json.dumps(provenance),))
         database.executemany(
             "INSERT INTO objective VALUES (?, ?, ?, ?, ?)",
             [(k, o.name, o.direction, *o.range) for k, o in enumerate(objectives)],
         )
+        insert_session(database, provenance)
+        database.execute("INSERT INTO run VALUES (?, ?, ?, NULL, x'')", (seed, robots, config_sha256))
+        seal_run(database)
         database.execute("COMMIT")
+
+
+def insert_session(database: sqlite3.Connection, provenance: Mapping[str, Any]) -> None:
+    """Insert a session; its id is the next."""
+    text = json.dumps(provenance)
+    database.execute("INSERT INTO session (provenance, sha256) VALUES (?, ?)", (text, checksums.of_rows([[text]])))
+
+
+def seal_run(database: sqlite3.Connection) -> None:
+    """Give what is known of the whole run its checksum."""
+    *run, _ = database.execute(RUN).fetchone()
+    objectives = database.execute(OBJECTIVES).fetchall()
+    database.execute("UPDATE run SET sha256 = ?", (checksums.of_run(run, objectives),))
 
 
 # ---- opening ---------------------------------------------------------------------------------------------------------
@@ -73,7 +95,7 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
         _check_schema(folder, database)
     except sqlite3.OperationalError as error:
         database.close()
-        if not readonly or error.sqlite_errorname not in _NEEDS_RECOVERY:
+        if not readonly or _errorname(error) not in _NEEDS_RECOVERY:
             raise
         connect(folder, readonly=False).close()  # rolls back what a killed writer left half done
         return connect(folder, readonly)
@@ -88,7 +110,21 @@ def prepare_to_write(database: sqlite3.Connection) -> None:
     # WAL: a reader never makes the writer wait. Where the file system cannot, SQLite keeps its other journal.
     with contextlib.suppress(sqlite3.OperationalError):
         database.execute("PRAGMA journal_mode = WAL")
+    database.execute(RUN).fetchall()  # SQLite empties no log before something was read
     database.execute("PRAGMA foreign_keys = ON")  # off by default
+
+
+def empty_wal(database: sqlite3.Connection, patience: float) -> bool:
+    """Move what is in the write-ahead log into the database's file; return whether all of it is there now.
+
+    Args:
+        database: Open for writing.
+        patience: How long to wait for readers [s].
+    """
+    database.execute(f"PRAGMA busy_timeout = {round(1000 * patience)}")
+    busy, *_ = database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+    database.execute(f"PRAGMA busy_timeout = {round(1000 * _BUSY_SECONDS)}")
+    return not busy
 
 
 def _check_schema(folder: Path, database: sqlite3.Connection) -> None:
@@ -100,6 +136,22 @@ def _check_schema(folder: Path, database: sqlite3.Connection) -> None:
         needed = "a newer" if version > SCHEMA_VERSION else "an older"
         raise StoreError(
             f"{folder}: expected schema version {SCHEMA_VERSION}, got {version}; use {needed} swarmevo for this run"
+        )
+    _check_tables(folder, database)
+
+
+def _check_tables(folder: Path, database: sqlite3.Connection) -> None:
+    """Refuse other tables than ours before any is read: a view in place of one is a program, which need not end."""
+    found = database.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE sql IS NOT NULL").fetchall()
+    episode = next((str(sql) for _, name, _, sql in found if name == "episode"), "")
+    objectives, robots = (len(re.findall(rf"^ +{cell}_\d+ ", episode, re.M)) for cell in ("objective", "homing_time"))
+    created = re.findall(r"^(CREATE TABLE (\w+) .*?);$", tables(objectives, robots), re.M | re.S)
+    expected = [("table", name, name, sql) for sql, name in created]
+    if set(found) != set(expected):
+        kind, name, *_ = min({*found} ^ {*expected}, key=repr)
+        raise StoreError(
+            f"{folder}: expected the tables of a run in {DATABASE_FILE} and nothing else, but its {kind} {name!r} is "
+            "missing, foreign or damaged; restore it from a copy, or drop what was added"
         )
 
 
@@ -116,16 +168,28 @@ ADVICE: Final = {
 }
 
 
+def _errorname(error: sqlite3.Error) -> str:
+    undecodable = isinstance(error, sqlite3.OperationalError)  # the one that SQLite itself does not raise
+    return getattr(error, "sqlite_errorname", "SQLITE_CORRUPT" if undecodable else "")
+
+
+def damaged(folder: Path, what: str) -> StoreError:
+    """Return the error that says what is not as it was stored."""
+    return StoreError(f"{folder / DATABASE_FILE}: is damaged: {what} is not as it was stored; restore it from a copy")
+
+
 @contextlib.contextmanager
 def explained(folder: Path) -> Iterator[None]:
     """Turn what SQLite and the file system report into a StoreError of one line."""
     try:
         yield
     except sqlite3.Error as error:
-        code = "_".join(getattr(error, "sqlite_errorname", "").split("_")[:2])  # without its extension
+        code = "_".join(_errorname(error).split("_")[:2])  # without its extension
         advice = ADVICE.get(code, f"failed: {error}")
         raise StoreError(f"{folder / DATABASE_FILE}: {advice}") from error
     except UnicodeDecodeError as error:
         raise StoreError(f"{folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
     except OSError as error:
-        raise StoreError(f"{error.filename or folder}: {error.strerror or error}") from error
+        raise StoreError(refusal(error, error.filename or folder)) from error
+    except OutputError as error:
+        raise StoreError(*error.errors) from error

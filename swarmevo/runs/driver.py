@@ -8,20 +8,25 @@ import re
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from swarmevo import config as configuration
 from swarmevo import plugins
 from swarmevo.config import Config
-from swarmevo.errors import ConfigError, StoreError
+from swarmevo.errors import ConfigError, ExportError, Interrupted, StoreError
 from swarmevo.evolution import loop
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.loop import Progress
 from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
+from swarmevo.plugins import PluginEntry
 from swarmevo.plugins.team import never
-from swarmevo.runs.provenance import provenance
+from swarmevo.runs import export
+from swarmevo.runs.provenance import changed_files, plugin_files, provenance
 from swarmevo.runs.store import Store
+
+_SHOWN_FILES: Final = 3
+"""Of a plugin that was changed."""
 
 
 def default_folder(name: str, config: Config) -> Path:
@@ -29,19 +34,24 @@ def default_folder(name: str, config: Config) -> Path:
     return Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
 
 
-def begin(folder: str | os.PathLike[str], config: Config) -> None:
+def begin(folder: str | os.PathLike[str], config: Config, stop: Callable[[], bool] = never) -> None:
     """Make the folder of a new run, ready for :func:`evolve`.
 
     Args:
         folder: Must not exist.
         config: With a seed (``config.seeded``).
+        stop: Asked during the rehearsal.
 
     Raises:
         ConfigError, EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
+        Interrupted: ``stop`` said so; no folder is made.
         StoreError: The folder exists or cannot be made.
     """
-    loop.rehearse(config)
+    loop.rehearse(config, stop)
+    if stop():
+        raise Interrupted
     with Evaluator(config, workers=1) as evaluator:
+        check_names(evaluator)
         CheckedOptimiser(config, evaluator, trial=0)  # refuses what cannot be made
         text, origin = configuration.dump(config), origin_of(config, evaluator)
         Store.create(folder, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
@@ -53,6 +63,7 @@ def evolve(
     observe: Callable[[Progress], None],
     stop: Callable[[], bool] = never,
     backend: MakeBackend = ThreadBackend,
+    accept_changed_plugin: bool = False,
 ) -> None:
     """Run every trial of a run from its last stored generation to the end.
 
@@ -62,29 +73,35 @@ def evolve(
         observe: Told after each generation.
         stop: Asked between jobs; when true, the jobs in work are dropped; the run can be continued.
         backend: Where episodes run. The results do not depend on it.
+        accept_changed_plugin: Go on though a plugin is not what it was: results of both are then in one run.
 
     Raises:
         EvaluationError, PluginError, SimulatorError: Something failed; the generations stored before are kept.
         Interrupted: ``stop`` said so.
-        StoreError: The folder cannot be written, or its plugins now measure something else.
+        StoreError: The folder cannot be written, or its plugins were changed or now measure something else.
     """
     with Evaluator(store.config, workers, backend) as evaluator:
         check_objectives(store, evaluator)
+        if not accept_changed_plugin:
+            check_plugin_files(store)
         store.begin_session(origin_of(store.config, evaluator))
         loop.evolve(store, store.config, evaluator, observe, stop)
 
 
-def extend(store: Store, generations: str) -> int:
+def extend(store: Store, generations: str, accept_changed_plugin: bool = False) -> int:
     """Change how many generations a run shall have; return the new number.
 
     Args:
         store: Open for writing.
         generations: In each trial: ``N``, or ``+N`` for so many more than now.
+        accept_changed_plugin: As for :func:`evolve`, which would refuse to go on.
 
     Raises:
         ConfigError: It is no such number, too large, or fewer than a trial already has.
-        StoreError: The folder cannot be written.
+        StoreError: The folder cannot be written, or a plugin was changed.
     """
+    if not accept_changed_plugin:
+        check_plugin_files(store)
     if not re.fullmatch(r"\+?[0-9]{1,9}", generations):
         raise ConfigError(f"generations: expected a whole number, or +N for so many more, got {generations!r}")
     now = store.config
@@ -100,9 +117,40 @@ def extend(store: Store, generations: str) -> int:
 
 def origin_of(config: Config, evaluator: Evaluator) -> dict[str, Any]:
     """Return the provenance of what is evaluated here and now."""
+    return {**provenance(configuration.dump(config), _entries(config), evaluator.library), **evaluator.machines}
+
+
+def _entries(config: Config) -> list[PluginEntry]:
     chosen = {"controller": config.controller, "fitness": config.fitness, "optimiser": config.optimiser}
-    found = [str(plugins.find(kind, name)) for kind, names in chosen.items() for name in names]
-    return {**provenance(configuration.dump(config), found, evaluator.library), **evaluator.machines}
+    return [plugins.find(kind, name) for kind, names in chosen.items() for name in names]
+
+
+def check_plugin_files(store: Store) -> None:
+    """Refuse plugins whose files are not those that the run went on with so far.
+
+    Raises:
+        PluginError: A plugin is not installed.
+        StoreError: They are not.
+    """
+    if changed := changed_files(store.provenance, {"plugin_files": plugin_files(_entries(store.config))}):
+        shown = [f"{file} ({', '.join(names)})" for file, names in changed.items()]
+        more = f" and {len(shown) - _SHOWN_FILES} more" if len(shown) > _SHOWN_FILES else ""
+        raise StoreError(
+            f"{store.folder}: a plugin was changed since the run's last session: "
+            f"{', '.join(shown[:_SHOWN_FILES])}{more}; undo that, or have both in one run: --accept-changed-plugin"
+        )
+
+
+def check_names(evaluator: Evaluator) -> None:
+    """Refuse objectives whose names are not theirs alone in the exports.
+
+    Raises:
+        ConfigError: There is one.
+    """
+    try:
+        export.check_names(evaluator.objectives, evaluator.robots)
+    except ExportError as error:
+        raise ConfigError(*error.errors) from error
 
 
 def check_objectives(store: Store, evaluator: Evaluator) -> None:

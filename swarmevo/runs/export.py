@@ -18,13 +18,16 @@ from swarmevo.config import Config
 from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray
+from swarmevo.printable import printable
+from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, Objective
 from swarmevo.runs.store import Store
 
 FORMAT: Final = 1
 """Of the JSON that this module writes."""
 Target = Literal["epuck", "webots"]
 
+_FORMULA: Final = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""What a formula of a spreadsheet begins with, in the width of East Asian text too."""
 OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i in range(4)), "signal_strength")
 """In the order of a controller's input."""
 
@@ -47,8 +50,29 @@ AFTER: Final = {
 """Those behind."""
 
 
+def check_names(objectives: Sequence[Objective], robots: int) -> None:
+    """Refuse objectives that have the name of another column, so that no two columns have one name.
+
+    Raises:
+        ExportError: One has.
+    """
+    cells = [cell for column in COLUMNS if column.axis != "objectives" for cell in column.cells(0, robots)]
+    taken = {*BEFORE, *cells, *AFTER}
+    for one in objectives:
+        if one.name in taken:
+            raise ExportError(
+                f"objective {one.name}: expected another name than that of a column of the exports; rename it in its "
+                "fitness plugin"
+            )
+
+
 def columns(store: Store) -> dict[str, str]:
-    """Return the columns of :func:`episodes` with their meanings, in order."""
+    """Return the columns of :func:`episodes` with their meanings, in order.
+
+    Raises:
+        ExportError: An objective has the name of another column.
+    """
+    check_names(store.objectives, store.robots)
     return {**BEFORE, **{name: meaning for column in COLUMNS for name, meaning in _cells(store, column)}, **AFTER}
 
 
@@ -83,10 +107,20 @@ def _generation(store: Store, trial: int, number: int) -> Iterator[tuple[Any, ..
 
 
 def write_csv(store: Store, out: TextIO) -> None:
-    """Write every episode as a line of CSV after one with the columns' names; numbers keep all their bits."""
+    """Write every episode as a line of CSV after one with the columns' names; numbers keep all their bits.
+
+    Text that a spreadsheet would take for a formula begins with an apostrophe; control characters are shown, escaped.
+    """
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns(store))
-    writer.writerows(episodes(store))
+    writer.writerow(map(_cell, columns(store)))
+    writer.writerows(map(_cell, row) for row in episodes(store))
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    shown = printable(value)
+    return f"'{shown}" if shown.startswith(_FORMULA) else shown
 
 
 def write_json(store: Store, out: TextIO) -> None:
@@ -148,11 +182,13 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         genome: Its id, as ``swarmevo show`` prints it.
 
     Raises:
+        EvaluationError: The controller plugin takes genomes of another size.
         PluginError: The run's controller plugin cannot be made.
         StoreError: There is no such genome.
     """
     config, genes = store.config, store.genome(genome)
     team = Team(config)
+    team.check(genes[np.newaxis])
     return {
         "format": FORMAT,
         "swarmevo": __version__,
@@ -196,9 +232,10 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
     found = networks(Team(config), store.genome(genome))
     if not found:
         raise ExportError(f"controller {next(iter(config.controller))}: expected a feed-forward network to write as C")
-    if not 0 <= robot < config.team.robots:
-        raise ExportError(f"robot: expected 0 to {config.team.robots - 1}, got {robot}")
-    network = found[min(robot, len(found) - 1)]
+    if not 0 <= robot < len(found):
+        most = f"0 to {len(found) - 1}" if len(found) > 1 else "0, for all robots have the same genome"
+        raise ExportError(f"robot: expected {most}, got {robot}")
+    network = found[robot]
     own = f", robot {robot}" if len(found) > 1 else ""
     title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
     return _template("network").substitute(_values(network, config, title)) + _template(target).template

@@ -51,5 +51,6 @@ class WriterLock:
     def release(self) -> None:
         """Let the next writer in."""
         with contextlib.suppress(OSError):
-            self._path.unlink()
+            if self._is_still_there(self._handle):  # else it is another run's, where this one was moved away
+                self._path.unlink()
         os.close(self._handle)

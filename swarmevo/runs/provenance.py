@@ -21,15 +21,16 @@ from typing import Any
 import numpy as np
 
 from swarmevo._version import __version__
+from swarmevo.plugins import PluginEntry
 from swarmevo.simulation.library import cpu
 
 
-def provenance(config_yaml: str, plugins: Sequence[str], library: Mapping[str, str]) -> dict[str, Any]:
+def provenance(config_yaml: str, plugins: Sequence[PluginEntry], library: Mapping[str, str]) -> dict[str, Any]:
     """Return the content of a run's ``provenance.json``.
 
     Args:
         config_yaml: The resolved configuration, as stored.
-        plugins: The configured plugins, each with its distribution and version.
+        plugins: The configured ones.
         library: What the simulator says about itself (``simulation.library_info``).
     """
     return {
@@ -37,7 +38,8 @@ def provenance(config_yaml: str, plugins: Sequence[str], library: Mapping[str, s
         "swarmevo": __version__,
         "git_revision": _git_revision(),
         "config_sha256": hashlib.sha256(config_yaml.encode()).hexdigest(),
-        "plugins": list(plugins),
+        "plugins": list(map(str, plugins)),
+        "plugin_files": plugin_files(plugins),
         "library": {**library, "sha256": _sha256_of_file(library.get("path"))},
         "python": sys.version,
         "numpy": np.__version__,
@@ -47,6 +49,34 @@ def provenance(config_yaml: str, plugins: Sequence[str], library: Mapping[str, s
         "cpu": cpu(),
         "cores": os.cpu_count(),
     }
+
+
+def plugin_files(plugins: Sequence[PluginEntry]) -> dict[str, dict[str, str]]:
+    """Return the SHA-256 of each plugin's files: what a version number does not tell while a plugin is written."""
+    return {f"{plugin.kind}.{plugin.name}": dict(plugin.files) for plugin in plugins}
+
+
+def changed_files(then: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Return the files that differ between two sessions' plugins, or that only one has, each with its plugins.
+
+    Args:
+        then: A provenance, from whomever; one without ``plugin_files`` differs in none.
+        now: Another one.
+    """
+    before, after = _noted_files(then), _noted_files(now)
+    changed: dict[str, list[str]] = {}
+    for plugin in before.keys() & after.keys():
+        for file in before[plugin].keys() | after[plugin].keys():
+            if before[plugin].get(file) != after[plugin].get(file):
+                changed.setdefault(file, []).append(plugin)
+    return {file: sorted(changed[file]) for file in sorted(changed)}
+
+
+def _noted_files(origin: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    noted = origin.get("plugin_files")
+    if not isinstance(noted, dict):
+        return {}
+    return {plugin: files for plugin, files in noted.items() if isinstance(files, dict)}
 
 
 def _git_revision() -> str | None:

@@ -3,82 +3,30 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import math
-import sqlite3
-from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
-from typing import Any, Concatenate, Final, ParamSpec, TypeVar
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo.config import Config, load
 from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.evolution.state import decode_state
-from swarmevo.protocols import FloatArray, Objective
-from swarmevo.runs.database import ADVICE, DATABASE_FILE, explained
+from swarmevo.protocols import FloatArray
+from swarmevo.runs import checksums
+from swarmevo.runs.database import damaged
+from swarmevo.runs.folder import RunFolder, readable
 from swarmevo.runs.records import Individuals, Summary, Totals
-from swarmevo.runs.schema import cells, from_rows
-
-CONFIG_FILE: Final = "config.yaml"
-
-_MOST_ROBOTS: Final = 64  # as in swarmevo.h; more are not in a sound file
-
-_Returned = TypeVar("_Returned")
-_Given = ParamSpec("_Given")
+from swarmevo.runs.schema import from_rows
 
 
-def _readable(
-    method: Callable[Concatenate[StoreReader, _Given], _Returned],
-) -> Callable[Concatenate[StoreReader, _Given], _Returned]:
-    """Make a method of a store that reads say so when what it reads makes no sense."""
+class StoreReader(RunFolder):
+    """What can be asked of a run folder; every method raises StoreError if it cannot be read, or was changed."""
 
-    @functools.wraps(method)
-    def read(store: StoreReader, /, *arguments: _Given.args, **named: _Given.kwargs) -> _Returned:
-        try:
-            return method(store, *arguments, **named)
-        except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError) as error:
-            raise StoreError(f"{store.folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
-
-    return read
-
-
-class StoreReader:
-    """What can be asked of a run folder; every method raises StoreError if the database cannot be read."""
-
-    def __init__(self, folder: Path, database: sqlite3.Connection) -> None:
-        self.folder: Final = folder
-        self._database: Final = database
-        with explained(folder):
-            self.seed, self.robots, self._config_sha256, self._next_config_sha256 = self._run()
-            self.objectives = self._objectives()
-
-    @property
-    def config_path(self) -> Path:
-        """The resolved configuration."""
-        return self.folder / CONFIG_FILE
-
-    @functools.cached_property
-    def config(self) -> Config:
-        """The resolved configuration.
-
-        Raises:
-            ConfigError: It was damaged.
-        """
-        return load(self.config_path)
-
-    @property
-    def config_is_intact(self) -> bool:
-        """Whether the configuration is the one that the run was made with."""
-        with explained(self.folder):
-            digest = sha256(self.config_path.read_bytes())
-        return digest in (self._config_sha256, self._next_config_sha256)
-
-    @_readable
+    @readable
     def session(self, id: int) -> dict[str, Any]:
         """Return with what episodes were run: the provenance of a session.
 
@@ -94,7 +42,7 @@ class StoreReader:
             raise StoreError(f"{self.folder}: the provenance of session {id} is damaged")
         return found
 
-    @_readable
+    @readable
     def sessions(self, trial: int, number: int) -> NDArray[np.int64]:
         """Return ``(n, r)``: the session that ran each episode of a generation."""
         rows = self._rows(
@@ -107,7 +55,7 @@ class StoreReader:
         individuals = len({individual for _, individual in rows})
         return np.array([session for session, _ in rows], dtype=np.int64).reshape(individuals, -1)
 
-    @_readable
+    @readable
     def genome_ids(self, trial: int, number: int) -> NDArray[np.int64]:
         """Return ``(n,)``: the id of each individual's genome in a generation."""
         rows = self._rows(
@@ -115,13 +63,19 @@ class StoreReader:
         )
         return np.array([id for (id,) in rows], dtype=np.int64)
 
-    @_readable
-    def damaged_genomes(self) -> list[int]:
-        """Return the ids of genomes that are not what was stored."""
-        rows = self._rows("SELECT id, sha256, genes FROM genome ORDER BY id")
-        return [id for id, digest, genes in rows if hashlib.sha256(genes).digest() != digest]
+    @readable
+    def new_genomes(self, trial: int, number: int) -> int:
+        """Return how many genomes of a generation no generation of its trial had before."""
+        rows = self._rows(
+            "SELECT COUNT(DISTINCT genome) FROM individual WHERE trial = ?1 AND generation = ?2 AND NOT EXISTS"
+            " (SELECT 1 FROM individual AS before"
+            " WHERE before.genome = individual.genome AND before.trial = ?1 AND before.generation < ?2)",
+            trial,
+            number,
+        )
+        return int(rows[0][0])
 
-    @_readable
+    @readable
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
         """Return the kept episodes of a generation that is not complete.
 
@@ -130,31 +84,36 @@ class StoreReader:
             number: Of the generation, from 0.
             genomes: ``(n, size)``: the generation's; episodes of others are left out.
         """
-        found = self._rows(
-            f"SELECT genome, seconds, {self._cells()} FROM in_flight"
+        digests = dict(enumerate(map(checksums.of_genes, genomes)))
+        rows = [row for row in self._kept(trial, number) if digests.get(row[3]) == row[2]]
+        return self._results([row[3:] for row in rows], max((row[1] for row in rows), default=0.0))
+
+    def _kept(self, trial: int, number: int) -> list[tuple[Any, ...]]:
+        """Return rows of ``in_flight_columns`` of a generation; damaged ones are left out, hence run again."""
+        rows = self._rows(
+            f"SELECT sha256, {', '.join(self._in_flight_columns)} FROM in_flight"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
-        digests = dict(enumerate(map(sha256_of_genes, genomes)))
-        rows = [row for row in found if digests.get(row[2]) == row[0]]
-        return self._results([row[2:] for row in rows], max((row[1] for row in rows), default=0.0))
+        return [row[1:] for row in rows if row[0] == checksums.of_rows([(trial, number, *row[1:])])]
 
-    @_readable
+    @readable
     def trials(self) -> list[int]:
         """Return the trials that have at least one generation, in order."""
         return [trial for (trial,) in self._rows("SELECT DISTINCT trial FROM generation ORDER BY trial")]
 
-    @_readable
+    @readable
     def generations(self, trial: int) -> int:
         """Return how many generations of a trial are stored: 0 to this less one."""
-        return int(self._rows("SELECT COUNT(*) FROM generation WHERE trial = ?", trial)[0][0])
+        ((last,),) = self._rows("SELECT MAX(number) FROM generation WHERE trial = ?", trial)  # without counting them
+        return 0 if last is None else int(last) + 1
 
     def episodes_stored(self) -> int:
         """Return how many episodes are stored, of all trials."""
         return self.totals().episodes
 
-    @_readable
+    @readable
     def state(self, trial: int) -> dict[str, Any] | None:
         """Return the optimiser's state after a trial's last stored generation; None: it has none."""
         rows = self._rows("SELECT state FROM optimiser WHERE trial = ?", trial)
@@ -163,7 +122,7 @@ class StoreReader:
         except ValueError as error:
             raise StoreError(f"{self.folder}: the optimiser's state of trial {trial} is damaged: {error}") from error
 
-    @_readable
+    @readable
     def generation(self, trial: int, number: int) -> Generation:
         """Return a generation as it was appended.
 
@@ -174,28 +133,28 @@ class StoreReader:
         if not seconds:
             raise StoreError(f"{self.folder}: there is no generation {number} of trial {trial}")
         genes = self._rows(
-            "SELECT genes FROM individual JOIN genome ON genome.id = individual.genome"
+            "SELECT id, sha256, genes FROM individual JOIN genome ON genome.id = individual.genome"
             " WHERE trial = ? AND generation = ? ORDER BY number",
             trial,
             number,
         )
         rows = self._rows(
-            f"SELECT fault, {self._cells()} FROM episode"
+            f"SELECT {', '.join(self._episode_columns)} FROM episode"
             " WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
-        episodes = self._results([row[1:] for row in rows], seconds[0][0], tuple(row[0] or "" for row in rows))
+        episodes = self._results([row[2:] for row in rows], seconds[0][0], tuple(row[1] or "" for row in rows))
         if len(rows) != len(genes) * episodes.repeats:
             raise ValueError("episodes are missing")
-        return Generation(np.array([_genes(row) for (row,) in genes]), episodes)
+        return Generation(np.array([self._genes(*row) for row in genes]), episodes)
 
     def summaries(self, trial: int) -> Iterator[Summary]:
         """Yield every stored generation of a trial in short, in order."""
         for number in range(self.generations(trial)):
             yield self._summary(trial, number)
 
-    @_readable
+    @readable
     def _summary(self, trial: int, number: int) -> Summary:
         means = ", ".join(f"AVG({column})" for column in self._objective_columns())
         rows = self._rows(
@@ -220,7 +179,7 @@ class StoreReader:
             seconds=seconds[0][0],
         )
 
-    @_readable
+    @readable
     def individuals(self, trial: int | None = None) -> Individuals:
         """Return every genome of a trial, or of all trials, with its means over all its episodes.
 
@@ -255,24 +214,24 @@ class StoreReader:
             push_time=_mean(reals[:, 1], pushes),
         )
 
-    @_readable
+    @readable
     def all_genomes(self) -> list[int]:
         """Return the ids of all genomes, in order."""
         return [id for (id,) in self._rows("SELECT id FROM genome ORDER BY id")]
 
-    @_readable
+    @readable
     def genome(self, id: int) -> FloatArray:
         """Return the genome ``(size,)`` with an id.
 
         Raises:
             StoreError: There is none.
         """
-        rows = self._rows("SELECT genes FROM genome WHERE id = ?", id)
+        rows = self._rows("SELECT id, sha256, genes FROM genome WHERE id = ?", id)
         if not rows:
             raise StoreError(f"{self.folder}: there is no genome {id}")
-        return _genes(rows[0][0])
+        return self._genes(*rows[0])
 
-    @_readable
+    @readable
     def totals(self, trial: int | None = None) -> Totals:
         """Return what a trial, or the run, has cost so far."""
         where = "WHERE ?1 IS NULL OR trial = ?1"
@@ -283,15 +242,14 @@ class StoreReader:
         )[0]
         return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds, faults)
 
-    def _rows(self, query: str, *parameters: int | None) -> list[tuple[Any, ...]]:
-        with explained(self.folder):
-            return self._database.execute(query, parameters).fetchall()
-
-    def _cells(self) -> str:
-        return ", ".join(["individual", "repeat", *cells(len(self.objectives), self.robots)])
+    def _genes(self, id: int, digest: bytes, content: bytes) -> FloatArray:
+        if hashlib.sha256(content).digest() != digest:
+            raise damaged(self.folder, f"genome {id}")
+        genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
+        return genes
 
     def _results(self, rows: Sequence[tuple[Any, ...]], seconds: float, faults: tuple[str, ...] = ()) -> Results:
-        """Return rows of ``_cells`` as results."""
+        """Return rows that begin with individual and repeat as results."""
         places = np.array([row[:2] for row in rows], dtype=np.intp).reshape(-1, 2)
         return Results(
             individual=places[:, 0],
@@ -307,33 +265,8 @@ class StoreReader:
     def _homing_columns(self) -> list[str]:
         return [f"homing_time_{j}" for j in range(self.robots)]
 
-    def _run(self) -> tuple[int, int, str, str | None]:
-        rows = self._rows("SELECT seed, robots, config_sha256, next_config_sha256 FROM run")
-        if len(rows) != 1 or not isinstance(rows[0][1], int) or not 1 <= rows[0][1] <= _MOST_ROBOTS:
-            raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
-        return rows[0]
-
-    def _objectives(self) -> tuple[Objective, ...]:
-        rows = self._rows("SELECT name, direction, low, high FROM objective ORDER BY number")
-        return tuple(Objective(name, direction, (low, high)) for name, direction, low, high in rows)
-
-
-def _genes(content: bytes) -> FloatArray:
-    genes: FloatArray = np.frombuffer(content, dtype="<f8").astype(np.float64)
-    return genes
-
-
-def sha256_of_genes(genome: FloatArray) -> bytes:
-    """Return what tells one genome from another."""
-    return hashlib.sha256(genome.astype("<f8").tobytes()).digest()
-
 
 def _mean(total: FloatArray, count: NDArray[np.int64]) -> FloatArray:
     """Return ``total / count``, NaN where nothing was counted."""
     mean: FloatArray = np.divide(total, count, out=np.full(len(total), math.nan), where=count > 0)
     return mean
-
-
-def sha256(content: bytes) -> str:
-    """Return the SHA-256 in hexadecimal digits."""
-    return hashlib.sha256(content).hexdigest()

@@ -3,10 +3,13 @@
 
 Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
 
-- ``run``, one row: ``seed``, ``robots``, ``config_sha256``; ``next_config_sha256`` while ``config.yaml`` is replaced.
-- ``session``: ``id`` (from 1), ``provenance`` as JSON. A new one when the run goes on with anything else than before.
+- ``run``, one row: ``seed``, ``robots``, ``config_sha256``; ``next_config_sha256`` while ``config.yaml`` is replaced;
+  ``sha256`` of all these and of the objectives.
+- ``session``: ``id`` (from 1), ``provenance`` as JSON and its ``sha256``. A new one when the run goes on with anything
+  else than before.
 - ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range.
-- ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``.
+- ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``,
+  ``sha256`` of this row, its individuals and its episodes.
 - ``genome``: ``id`` (from 1), ``sha256`` of ``genes``, ``genes`` as little-endian float64. Equal genomes are one row.
 - ``individual``: ``trial``, ``generation``, ``number`` (its place in the generation, from 0), ``genome``. A genome that
   stays in the population is an individual of every generation in which it was evaluated.
@@ -14,12 +17,13 @@ Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
   (``evolution/results.py``), NULL for empty ones, the hash as a signed integer; ``session`` that ran it; ``fault``: why
   it failed, NULL: it did not. A failed episode has the worst objectives and the hash 0. Its random streams are keyed by
   the run's seed and (trial, generation, repeat).
-- ``optimiser``: ``trial``, ``generation`` after which it was taken, ``state`` as JSON (``evolution/state.py``).
-- ``in_flight``: episodes of the generation in work, as in ``episode``, with the SHA-256 of the ``genome`` and the
-  ``seconds`` that the generation had taken by then. Empty when no run was cut short.
+- ``optimiser``: ``trial``, ``generation`` after which it was taken, ``state`` as JSON (``evolution/state.py``),
+  ``sha256`` of these.
+- ``in_flight``: episodes of the generation in work, as in ``episode``, with the SHA-256 of the ``genome``, the
+  ``seconds`` that the generation had taken by then, and the ``sha256`` of the row. Empty when no run was cut short.
 
 A generation and the optimiser's state after it are stored in one transaction, which empties ``in_flight``: all of it
-happens, or nothing.
+happens, or nothing. How each ``sha256`` is made is in ``checksums.py``; every reader checks them.
 """
 
 from __future__ import annotations
@@ -33,8 +37,8 @@ from numpy.typing import NDArray
 
 from swarmevo.evolution.results import COLUMNS, Column, Results
 
-SCHEMA_VERSION: Final = 2
-"""Of the tables; a folder written with another one is refused."""
+SCHEMA_VERSION: Final = 3
+"""Of the tables, their text included; a folder written with another one is refused."""
 APPLICATION_ID: Final = 0x53574556
 """``SWEV``: tells a run from any other SQLite file."""
 
@@ -56,11 +60,13 @@ CREATE TABLE run (
     seed INTEGER NOT NULL,
     robots INTEGER NOT NULL,
     config_sha256 TEXT NOT NULL,
-    next_config_sha256 TEXT
+    next_config_sha256 TEXT,
+    sha256 BLOB NOT NULL
 ) STRICT;
 CREATE TABLE session (
     id INTEGER PRIMARY KEY,
-    provenance TEXT NOT NULL
+    provenance TEXT NOT NULL,
+    sha256 BLOB NOT NULL
 ) STRICT;
 CREATE TABLE objective (
     number INTEGER PRIMARY KEY,
@@ -74,6 +80,7 @@ CREATE TABLE generation (
     number INTEGER NOT NULL,
     seconds REAL NOT NULL,
     stored TEXT NOT NULL,
+    sha256 BLOB NOT NULL,
     PRIMARY KEY (trial, number)
 ) STRICT, WITHOUT ROWID;
 CREATE TABLE genome (
@@ -89,7 +96,6 @@ CREATE TABLE individual (
     PRIMARY KEY (trial, generation, number),
     FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
 ) STRICT, WITHOUT ROWID;
-CREATE INDEX individual_genome ON individual (genome);
 CREATE TABLE episode (
     trial INTEGER NOT NULL,
     generation INTEGER NOT NULL,
@@ -102,6 +108,7 @@ CREATE TABLE optimiser (
     trial INTEGER PRIMARY KEY,
     generation INTEGER NOT NULL,
     state TEXT NOT NULL,
+    sha256 BLOB NOT NULL,
     FOREIGN KEY (trial, generation) REFERENCES generation (trial, number)
 ) STRICT;
 CREATE TABLE in_flight (
@@ -110,6 +117,7 @@ CREATE TABLE in_flight (
     session INTEGER NOT NULL REFERENCES session (id),
     seconds REAL NOT NULL,
     genome BLOB NOT NULL,
+    sha256 BLOB NOT NULL,
 {outcome}
 ) STRICT, WITHOUT ROWID;
 """
@@ -128,11 +136,24 @@ def cells(objectives: int, robots: int) -> list[str]:
     return [cell for column in COLUMNS for cell in column.cells(objectives, robots)]
 
 
+def episode_columns(objectives: int, robots: int) -> list[str]:
+    """Return the columns of ``episode`` after its place, in the order in which they are stored, read and checked."""
+    return ["session", "fault", "individual", "repeat", *cells(objectives, robots)]
+
+
+def in_flight_columns(objectives: int, robots: int) -> list[str]:
+    """Return the columns of ``in_flight`` after its place, but for the checksum, in that order."""
+    return ["session", "seconds", "genome", "individual", "repeat", *cells(objectives, robots)]
+
+
 def to_rows(results: Results) -> list[tuple[Any, ...]]:
-    """Return individual, repeat and cells of each episode, as SQLite takes them."""
-    # It has no unsigned integers.
-    signed = {name: a.view(np.int64) if a.dtype == np.uint64 else a for name, a in results.values.items()}
-    return list(replace(results, values=signed).rows())
+    """Return individual, repeat and cells of each episode, as SQLite gives them back."""
+    return list(replace(results, values={name: _storable(array) for name, array in results.values.items()}).rows())
+
+
+def _storable(array: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers that SQLite has: none is unsigned, and zero has no sign."""
+    return array.view(np.int64) if array.dtype == np.uint64 else array + array.dtype.type(0)
 
 
 def from_rows(rows: Sequence[Sequence[Any]], objectives: int, robots: int) -> dict[str, NDArray[Any]]:

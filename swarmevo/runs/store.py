@@ -26,28 +26,27 @@ from typing import Any, Final, Self
 from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.protocols import FloatArray, Objective
+from swarmevo.runs import checksums, files
 from swarmevo.runs.database import (
     ADVICE,
     DATABASE_FILE,
     connect,
     create_database,
+    empty_wal,
     explained,
+    insert_session,
     prepare_to_write,
+    seal_run,
 )
-from swarmevo.runs.files import write_atomically
+from swarmevo.runs.files import WatchedFile
+from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
 from swarmevo.runs.lock import WriterLock
-from swarmevo.runs.reader import CONFIG_FILE, StoreReader, sha256, sha256_of_genes
-from swarmevo.runs.schema import cells, to_rows
+from swarmevo.runs.reader import StoreReader
+from swarmevo.runs.schema import to_rows
 
-PROVENANCE_FILE: Final = "provenance.json"
 LOCK_FILE: Final = "run.lock"
 
-_KEEP_SESSIONS: Final = """\
-UPDATE episode SET session = in_flight.session FROM in_flight
-WHERE episode.trial = ? AND episode.generation = ?
-    AND (episode.trial, episode.generation, episode.individual, episode.repeat, episode.hash)
-    = (in_flight.trial, in_flight.generation, in_flight.individual, in_flight.repeat, in_flight.hash)"""
-"""An episode kept from an earlier session stays that session's. The first condition saves SQLite from reading all."""
+_PATIENCE: Final = 2.0  # [s] for readers to finish, after a generation
 
 
 class Store(StoreReader):
@@ -60,6 +59,8 @@ class Store(StoreReader):
     def __init__(self, folder: Path, database: sqlite3.Connection, lock: WriterLock | None) -> None:
         super().__init__(folder, database)
         self._lock = lock
+        self._file = WatchedFile(folder / DATABASE_FILE)
+        self._is_settled = False
         with explained(folder):
             self._session = self._last_session()
 
@@ -94,9 +95,9 @@ class Store(StoreReader):
                 raise StoreError(f"{folder}: exists already and is never overwritten; choose another name") from error
         try:
             with explained(folder):
-                (folder / CONFIG_FILE).write_text(config_yaml, encoding="utf-8")
-                (folder / PROVENANCE_FILE).write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
-                digest = sha256(config_yaml.encode())
+                files.write(folder / CONFIG_FILE, config_yaml)
+                files.write(folder / PROVENANCE_FILE, json.dumps(provenance, indent=2) + "\n")
+                digest = checksums.sha256(config_yaml.encode())
                 create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
             return cls.open(folder, readonly=False)
         except BaseException:
@@ -129,6 +130,7 @@ class Store(StoreReader):
                 store._check_intact()
                 prepare_to_write(database)
                 store._settle_config()
+                store._settle_wal(patience=0.0)
             undo.pop_all()
         return store
 
@@ -142,7 +144,7 @@ class Store(StoreReader):
 
     def close(self) -> None:
         """Close the folder. A writer leaves the database as one file, which can be read from read-only media too."""
-        if self._lock:
+        if self._lock and self.is_in_place:
             with contextlib.suppress(sqlite3.Error):  # somebody is reading: SQLite tidies up later
                 self._database.execute("PRAGMA busy_timeout = 0")
                 self._database.execute("PRAGMA journal_mode = DELETE")
@@ -151,7 +153,17 @@ class Store(StoreReader):
             self._lock.release()
             self._lock = None
 
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Of the last session: with what the run went on so far."""
+        return self.session(self._session)
+
     # ---- writing
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the database is where it was opened, and not shorter."""
+        return not self._file.trouble()
 
     def append(self, trial: int, number: int, generation: Generation, state: str) -> None:
         """Store a generation of a trial and the optimiser's state after it, both or neither.
@@ -164,16 +176,17 @@ class Store(StoreReader):
         """
         with self._transaction():
             self._check_next(trial, number)
-            self._database.execute(
-                "INSERT INTO generation VALUES (?, ?, ?, ?)",
-                (trial, number, generation.episodes.seconds, datetime.now(UTC).isoformat(timespec="seconds")),
-            )
-            self._insert_individuals(trial, number, generation.genomes)
-            faults = [fault or None for fault in generation.episodes.faults]
-            self._insert_episodes("INSERT INTO episode", trial, number, generation.episodes, fault=faults)
-            self._database.execute("REPLACE INTO optimiser VALUES (?, ?, ?)", (trial, number, state))
-            self._database.execute(_KEEP_SESSIONS, (trial, number))
+            individuals = self._insert_genomes(generation.genomes)
+            episodes = self._episodes(trial, number, generation.episodes)
+            row = trial, number, float(generation.episodes.seconds), datetime.now(UTC).isoformat(timespec="seconds")
+            digest = checksums.of_generation(row, checksums.of_rows(individuals), checksums.of_rows(episodes))
+            self._insert("generation", [(*row, digest)])
+            self._insert("individual", [(trial, number, place, id) for place, id, _ in individuals])
+            self._insert("episode", [(trial, number, *row) for row in episodes], self._episode_columns)
+            last = trial, number, state
+            self._database.execute("REPLACE INTO optimiser VALUES (?, ?, ?, ?)", (*last, checksums.of_rows([last])))
             self._database.execute("DELETE FROM in_flight")
+        self._settle_wal(_PATIENCE)
 
     def keep(self, trial: int, number: int, genomes: FloatArray, episodes: Results) -> None:
         """Store episodes of the generation in work, to have them if the run is cut short.
@@ -186,11 +199,15 @@ class Store(StoreReader):
             genomes: ``(n, size)``, of the whole generation.
             episodes: Any of its episodes, none of which failed.
         """
-        digests = [sha256_of_genes(genomes[individual]) for individual in episodes.individual]
+        digests = [checksums.of_genes(genomes[individual]) for individual in episodes.individual]
         with self._transaction(durable=False):
             self._check_next(trial, number)
-            seconds = [float(episodes.seconds)] * len(episodes)
-            self._insert_episodes("REPLACE INTO in_flight", trial, number, episodes, seconds=seconds, genome=digests)
+            before = trial, number, self._session, float(episodes.seconds)
+            rows = [(*before, genome, *row) for genome, row in zip(digests, to_rows(episodes), strict=True)]
+            sealed = [(*row, checksums.of_rows([row])) for row in rows]
+            self._insert("in_flight", sealed, [*self._in_flight_columns, "sha256"], "REPLACE")
+        if not self._is_settled:  # a reader was in the way
+            self._settle_wal(patience=0.0)
 
     def begin_session(self, provenance: Mapping[str, Any]) -> None:
         """Note with what the run goes on; nothing is written if it is the same as before.
@@ -198,10 +215,10 @@ class Store(StoreReader):
         Args:
             provenance: See :func:`swarmevo.runs.provenance.provenance`.
         """
-        if _lasting(self.session(self._session)) == _lasting(provenance):
+        if _lasting(self.provenance) == _lasting(provenance):
             return
         with self._transaction():
-            self._database.execute("INSERT INTO session (provenance) VALUES (?)", (json.dumps(provenance),))
+            insert_session(self._database, provenance)
         self._session = self._last_session()
 
     def replace_config(self, config_yaml: str) -> None:
@@ -210,11 +227,12 @@ class Store(StoreReader):
         Args:
             config_yaml: The resolved configuration. That the stored generations fit it is the caller's to know.
         """
-        digest = sha256(config_yaml.encode())
+        digest = checksums.sha256(config_yaml.encode())
         with self._transaction():  # from here on both are accepted
             self._database.execute("UPDATE run SET next_config_sha256 = ?", (digest,))
+            seal_run(self._database)
         with explained(self.folder):
-            write_atomically(self.config_path, config_yaml)
+            files.write(self.config_path, config_yaml)
         self._next_config_sha256 = digest
         self.__dict__.pop("config", None)  # it was cached
         self._settle_config()
@@ -223,42 +241,52 @@ class Store(StoreReader):
         """Accept no other configuration than the one that is there."""
         if self._next_config_sha256 is None:
             return
-        digest = sha256(self.config_path.read_bytes())
+        digest = checksums.sha256(self.config_path.read_bytes())
         with self._transaction():
             self._database.execute("UPDATE run SET config_sha256 = ?, next_config_sha256 = NULL", (digest,))
+            seal_run(self._database)
         self._config_sha256, self._next_config_sha256 = digest, None
 
     def _check_next(self, trial: int, number: int) -> None:
         if number != (expected := self.generations(trial)):
             raise StoreError(f"{self.folder}: expected generation {expected} of trial {trial}, got {number}")
 
-    def _insert_individuals(self, trial: int, number: int, genomes: FloatArray) -> None:
+    def _insert_genomes(self, genomes: FloatArray) -> list[tuple[int, int, bytes]]:
+        """Store genomes that are new; return for each its place, its id and its SHA-256."""
         genes = [row.tobytes() for row in genomes.astype("<f8")]
-        digests = [sha256_of_genes(row) for row in genomes]
+        digests = [checksums.of_genes(row) for row in genomes]
         self._database.executemany(
             "INSERT INTO genome (sha256, genes) VALUES (?, ?) ON CONFLICT (sha256) DO NOTHING",
             zip(digests, genes, strict=True),
         )
-        self._database.executemany(
-            f"INSERT INTO individual SELECT {trial:d}, {number:d}, ?, id FROM genome WHERE sha256 = ?",
-            enumerate(digests),
-        )
+        query = "SELECT id FROM genome WHERE sha256 = ?"
+        ids = [self._database.execute(query, (digest,)).fetchone()[0] for digest in digests]
+        return list(zip(range(len(ids)), ids, digests, strict=True))
 
-    def _insert_episodes(self, into: str, trial: int, number: int, episodes: Results, **more: Sequence[Any]) -> None:
-        """Insert episodes, and ``more`` columns of their table."""
-        names = ["trial", "generation", "session", *more, "individual", "repeat"]
-        names += cells(len(self.objectives), self.robots)
-        before = (trial, number, self._session)
-        self._database.executemany(
-            f"{into} ({', '.join(names)}) VALUES ({', '.join('?' * len(names))})",
-            ([*before, *others, *row] for *others, row in zip(*more.values(), to_rows(episodes), strict=True)),
-        )
+    def _episodes(self, trial: int, number: int, episodes: Results) -> list[tuple[Any, ...]]:
+        """Return episodes as rows of ``episode_columns``; one kept from an earlier session stays that session's."""
+        # They are the same where all that they left is.
+        kept = {row[3:]: row[0] for row in self._kept(trial, number)}
+        return [
+            (kept.get(row, self._session), fault or None, *row)
+            for row, fault in zip(to_rows(episodes), episodes.faults, strict=True)
+        ]
+
+    def _insert(
+        self, table: str, rows: Sequence[Sequence[Any]], columns: Sequence[str] = (), how: str = "INSERT"
+    ) -> None:
+        """Insert rows of all columns of a table, or of its place and ``columns``."""
+        named = f" ({', '.join(['trial', 'generation', *columns])})" if columns else ""
+        holders = ", ".join("?" * len(rows[0]))
+        self._database.executemany(f"{how} INTO {table}{named} VALUES ({holders})", rows)
 
     @contextlib.contextmanager
     def _transaction(self, durable: bool = True) -> Iterator[None]:
         """Commit what is done inside, or nothing of it; if ``durable``, so that it survives a power failure."""
         if not self._lock:
             raise StoreError(f"{self.folder}: was opened to be read only; open it with readonly=False")
+        if trouble := self._file.trouble():
+            raise StoreError(f"{self.folder}: {DATABASE_FILE} {trouble}")
         with explained(self.folder):
             self._database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
             self._database.execute("BEGIN IMMEDIATE")
@@ -270,6 +298,11 @@ class Store(StoreReader):
                     self._database.execute("ROLLBACK")
                 raise
 
+    def _settle_wal(self, patience: float) -> None:
+        """Bring all that is stored into the database's file, so that this file alone is the run; wait so long [s]."""
+        with explained(self.folder):
+            self._is_settled = empty_wal(self._database, patience)
+
     def _last_session(self) -> int:
         ((last,),) = self._rows("SELECT MAX(id) FROM session")
         if last is None:
@@ -278,13 +311,10 @@ class Store(StoreReader):
 
     def _check_intact(self) -> None:
         """Refuse to write into a folder that would not hold together."""
-        ((verdict,),) = self._rows("PRAGMA quick_check(1)")
-        if verdict != "ok":
+        ((verdict,),) = self._rows("PRAGMA integrity_check(1)")
+        if verdict != "ok" or self._rows("PRAGMA foreign_key_check"):
             raise StoreError(f"{self.folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}")
-        if not self.config_is_intact:
-            raise StoreError(
-                f"{self.folder}: {CONFIG_FILE} was changed since the run began; undo that, or begin another run"
-            )
+        self.check()
 
 
 def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,12 +13,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.errors import StoreError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.results import COLUMNS, Results
 from swarmevo.plugins.team import never
 from swarmevo.protocols import BoolArray, Objective
 from swarmevo.runs.driver import check_objectives, origin_of
+from swarmevo.runs.provenance import changed_files
 from swarmevo.runs.store import Store
 
 EXPLAINING: Final = (
@@ -30,10 +30,8 @@ EXPLAINING: Final = (
     "python",
     "libc",
     "platform",
-    "cpu",
-    "worker_cpus",
 )
-"""Entries of the provenance that a result may depend on."""
+"""Entries of the provenance that a result may depend on, besides the plugins' files and the CPUs."""
 
 
 @dataclass(frozen=True)
@@ -65,13 +63,13 @@ class Report:
     differences: tuple[Difference, ...]
     explanations: tuple[str, ...]
     """For each session of the differences, one line for each thing that has changed since; or that nothing has."""
-    damaged_genomes: tuple[int, ...]
-    """Ids of genomes that are not what was stored."""
+    damage: tuple[str, ...]
+    """What is not as it was stored, one line each; nothing was simulated then."""
 
     @property
     def is_sound(self) -> bool:
         """Whether everything came out as it is stored."""
-        return not self.differences and not self.damaged_genomes
+        return not self.differences and not self.damage
 
 
 def verify(
@@ -81,7 +79,7 @@ def verify(
     observe: Callable[[int, int], None] = lambda done, total: None,
     stop: Callable[[], bool] = never,
 ) -> Report:
-    """Simulate stored evaluations anew.
+    """Hold all that is stored against its checksums; if it is intact, simulate stored evaluations anew.
 
     Args:
         store: Of the run.
@@ -93,10 +91,10 @@ def verify(
     Raises:
         EvaluationError, PluginError, SimulatorError: The run's configuration cannot be run here.
         Interrupted: ``stop`` said so.
-        StoreError: The run cannot be read, its configuration was changed, or its plugins now measure something else.
+        StoreError: The run cannot be read, or its plugins now measure something else.
     """
-    if not store.config_is_intact:
-        raise StoreError(f"{store.config_path}: was changed since the run began; undo that, then verify again")
+    if damage := tuple(store.damage()):
+        return Report(0, 0, 0, (), (), damage)
     config = store.config
     places = _places(store)
     chosen = places if sample is None else _drawn(places, sample)
@@ -119,7 +117,7 @@ def verify(
         episodes=episodes,
         differences=tuple(differences),
         explanations=tuple(_explanations(store, differences, now)),
-        damaged_genomes=tuple(store.damaged_genomes()),
+        damage=(),
     )
 
 
@@ -187,7 +185,7 @@ def explain(store: Store, session: int) -> list[str]:
 
 def _explain(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     return list(_changes(then, now)) or [
-        "versions, library and CPU are the same; a plugin is not deterministic, or the database was changed"
+        "versions, plugins, library and CPU are the same; a plugin is not deterministic, or the database was changed"
     ]
 
 
@@ -197,13 +195,22 @@ def _explanations(store: Store, differences: Sequence[Difference], now: Mapping[
 
 
 def _changes(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Yield one line for each entry that was different when the episodes ran."""
+    """Yield one line for each entry that was different when the episodes ran, the likeliest cause first."""
+    for file, plugins in changed_files(then, now).items():
+        yield f"{file} of {', '.join(plugins)} was changed"
     for name in EXPLAINING:
         before, after = _flat(then.get(name)), _flat(now.get(name))
         for key in sorted(before.keys() | after.keys()):
             if before.get(key) != after.get(key) and key != "path":
                 title = f"{name} {key}".rstrip()
                 yield f"{title} was {before.get(key, 'not noted')}, is {after.get(key, 'not noted')}"
+    if (before_cpus := _cpus(then)) != (after_cpus := _cpus(now)):
+        yield f"cpu was {before_cpus}, is {after_cpus}"
+
+
+def _cpus(origin: Mapping[str, Any]) -> str:
+    """Return on what episodes ran: this machine's CPU, or those of a cluster's workers."""
+    return ", ".join(map(str, origin.get("worker_cpus") or [origin.get("cpu", "not noted")]))
 
 
 def _flat(entry: Any) -> dict[str, Any]:

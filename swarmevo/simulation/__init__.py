@@ -5,6 +5,7 @@ from swarmevo.errors import InvalidArgument, SimulatorError
 from swarmevo.simulation.episodes import EpisodeKey, Episodes, simulate
 from swarmevo.simulation.library import library_info, selftest
 from swarmevo.simulation.lockstep import Lockstep, State, simulate_lockstep
+from swarmevo.simulation.policies import check_policies
 from swarmevo.simulation.scene import Scene, scene_errors, start_poses
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "Scene",
     "SimulatorError",
     "State",
+    "check_policies",
     "library_info",
     "scene_errors",
     "selftest",

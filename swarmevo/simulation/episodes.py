@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from swarmevo.protocols import CHANNELS, FloatArray, NativePolicies, Telemetry
 from swarmevo.simulation._ffi import check, load
 from swarmevo.simulation.policies import native_policies
 from swarmevo.simulation.scene import Scene
+
+MOST_THREADS: Final = 1024
+"""Of a call."""
 
 
 class EpisodeKey(NamedTuple):
@@ -165,10 +169,10 @@ def _native_indices(robot_policies: NDArray[np.integer[Any]], shape: tuple[int, 
 def create_batch(scene: Scene, threads: int) -> Any:
     """Return a ``swe_batch *`` that is freed with its last reference."""
     ffi, lib = load()
-    if not 1 <= threads <= 1024:
-        raise InvalidArgument(f"threads: expected 1 to 1024, got {threads}")
+    if not 0 <= threads <= MOST_THREADS:
+        raise InvalidArgument(f"threads: expected 0 to {MOST_THREADS}, got {threads}")
     handle = ffi.new("swe_batch **")
-    check(lib.swe_batch_create(handle, scene._handle, threads))
+    check(lib.swe_batch_create(handle, scene._handle, threads or len(os.sched_getaffinity(0))))
     return ffi.gc(handle[0], lib.swe_batch_destroy)
 
 
@@ -190,7 +194,7 @@ def simulate(
         robot_policies: ``(len(episodes), robots)``: which of ``policies`` drives each robot. By default policy i is
             cloned to the whole team of episode i.
         channels: Telemetry to record: keys of ``CHANNELS``.
-        threads: Worker threads, 1 to 1024.
+        threads: Worker threads, up to 1024; 0: one for each processor.
 
     Raises:
         InvalidArgument: A size, index, weight or channel is wrong; nothing ran.

@@ -29,7 +29,7 @@ from swarmevo.protocols import (
     SceneInfo,
 )
 from swarmevo.simulation._ffi import check, load
-from swarmevo.simulation.episodes import Buffers, EpisodeKey, Episodes, create_batch, native_episodes
+from swarmevo.simulation.episodes import MOST_THREADS, Buffers, EpisodeKey, Episodes, create_batch, native_episodes
 from swarmevo.simulation.scene import Scene
 
 MOST_WORLDS = 65536
@@ -242,7 +242,7 @@ class Lockstep:
         config: Of the worlds; or the name of a packaged configuration, the path of a YAML file, or a scene.
         worlds: How many, 1 to 65,536.
         seed: Of everything random.
-        threads: Worker threads, 1 to 1024.
+        threads: Worker threads, up to 1024; 0: one for each processor.
 
     Raises:
         ConfigError: The configuration cannot be read.
@@ -254,7 +254,7 @@ class Lockstep:
         worlds = _whole("worlds", worlds, 1, MOST_WORLDS)
         self._seed = _whole("seed", seed, 0, 2**64 - 1)
         self._resets = np.zeros(worlds, dtype=np.int64)
-        self._worlds = _Worlds(_scene_of(config), self.keys, threads=_whole("threads", threads, 1, 1024))
+        self._worlds = _Worlds(_scene_of(config), self.keys, threads=_whole("threads", threads, 0, MOST_THREADS))
         self._told = np.zeros(worlds, dtype=bool)  # failures that were raised
         self._tell_failures()
 
@@ -411,7 +411,7 @@ def simulate_lockstep(
         genomes: ``(len(episodes), robots, size)``: given to the controller.
         episodes: One key for each episode.
         channels: Telemetry to record: keys of ``CHANNELS``.
-        threads: Worker threads, 1 to 1024.
+        threads: Worker threads, up to 1024; 0: one for each processor.
 
     Raises:
         InvalidArgument: A size or channel is wrong, or the controller's commands have a wrong shape.

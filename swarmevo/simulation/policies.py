@@ -3,23 +3,73 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
+from swarmevo import returned
 from swarmevo.errors import InvalidArgument
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, Compiled, FeedForward, NativePolicies
+from swarmevo.protocols import COMMANDS, OBSERVATIONS, Activation, Compiled, FeedForward, NativePolicies
 from swarmevo.simulation._ffi import check, load
+
+
+def check_policies(policies: NativePolicies) -> None:
+    """Refuse what the library would take for something else: it is given numbers without their Python types.
+
+    Raises:
+        InvalidArgument: A member has another type or shape, or is not finite.
+    """
+    if isinstance(policies, FeedForward):
+        _check_networks(policies)
+    else:
+        _check_compiled(policies)
+
+
+def _check_networks(policies: FeedForward) -> None:
+    switch = policies.hidden_switch
+    if not isinstance(switch, np.ndarray) or switch.dtype != np.bool_ or switch.ndim != 2:
+        raise InvalidArgument(f"hidden_switch: expected booleans of shape (n, hidden), got {_kind(switch)}")
+    if not isinstance(policies.bias, bool | np.bool_):
+        raise InvalidArgument(f"bias: expected True or False, got {policies.bias!r}")
+    if policies.activation not in get_args(Activation):
+        raise InvalidArgument(f"activation: expected tanh or logistic, got {policies.activation!r}")
+    n, hidden = switch.shape
+    bias = int(policies.bias)
+    _check_numbers("input_hidden", policies.input_hidden, (n, hidden, OBSERVATIONS + bias))
+    _check_numbers("hidden_output", policies.hidden_output, (n, COMMANDS, hidden + bias))
+
+
+def _check_compiled(policies: Compiled) -> None:
+    for name, least, most in (("function", 1, 2**64 - 1), ("memory", 0, 2**32 - 1)):
+        value = getattr(policies, name)
+        if not isinstance(value, int | np.integer) or not least <= value <= most:
+            raise InvalidArgument(f"{name}: expected a whole number from {least} to {most}, got {_kind(value)}")
+    rows = policies.parameters
+    if not isinstance(rows, np.ndarray) or rows.ndim != 2:
+        raise InvalidArgument(f"parameters: expected an array of shape (n, size), got {_kind(rows)}")
+    _check_numbers("parameters", rows, rows.shape)
+
+
+def _check_numbers(name: str, values: object, shape: tuple[int, ...]) -> None:
+    if not isinstance(values, np.ndarray):
+        raise InvalidArgument(f"{name}: expected an array of shape {shape}, got {_kind(values)}")
+    try:
+        returned.numbers(values, shape)
+    except ValueError as error:
+        raise InvalidArgument(f"{name}: {error}") from error
+
+
+def _kind(value: object) -> str:
+    """Return what a value is, in words."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} of shape {value.shape}"
+    return repr(value) if isinstance(value, float) else type(value).__name__
 
 
 def _feedforward_handles(policies: FeedForward) -> tuple[Any, list[Any]]:
     ffi, lib = load()
     n, hidden = policies.hidden_switch.shape
     bias = int(policies.bias)
-    expected = {"input_hidden": (n, hidden, OBSERVATIONS + bias), "hidden_output": (n, COMMANDS, hidden + bias)}
-    for name, shape in expected.items():
-        if getattr(policies, name).shape != shape:
-            raise InvalidArgument(f"{name}: expected shape {shape}, got {getattr(policies, name).shape}")
     config = ffi.new("swe_network_config *")
     lib.swe_network_config_init(config)
     config.hidden, config.bias = hidden, bias
@@ -59,7 +109,12 @@ def _compiled_handles(policies: Compiled) -> tuple[Any, list[Any]]:
 
 
 def native_policies(policies: NativePolicies) -> tuple[Any, list[Any]]:
-    """Return a ``swe_policy[]`` and what must live as long as it."""
+    """Return a ``swe_policy[]`` and what must live as long as it.
+
+    Raises:
+        InvalidArgument: The library would take them for something else, or refuses them.
+    """
+    check_policies(policies)
     if isinstance(policies, FeedForward):
         return _feedforward_handles(policies)
     return _compiled_handles(policies)

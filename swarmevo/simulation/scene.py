@@ -75,7 +75,7 @@ def scene_errors(config: Config) -> list[str]:
 
 
 class Scene:
-    """An immutable, validated world, ready for episodes; may be shared by threads.
+    """An immutable, validated world, ready for episodes; may be shared by threads, and pickles as its config.
 
     Args:
         config: The world; its other sections are not read.
@@ -86,6 +86,7 @@ class Scene:
 
     def __init__(self, config: Config) -> None:
         ffi, lib = load()
+        self._config = config
         native, _buffers = _native_config(config)
         handle = ffi.new("swe_scene **")
         check(lib.swe_scene_create(handle, native))
@@ -95,3 +96,6 @@ class Scene:
             control_steps=lib.swe_scene_control_steps(self._handle),
             control_period=config.episode.control_period,
         )
+
+    def __reduce__(self) -> tuple[type[Scene], tuple[Config]]:
+        return type(self), (self._config,)

@@ -14,7 +14,7 @@ from pathlib import Path
 from swarmevo import plugins
 from swarmevo._version import __version__
 from swarmevo.config import Config
-from swarmevo.plugins.checked import one_line
+from swarmevo.plugins.calls import one_line
 
 REINSTALL = "reinstall swarmevo; in a checkout: make evolve"
 

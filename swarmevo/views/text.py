@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from datetime import timedelta
 from typing import TYPE_CHECKING, Final
 
+from swarmevo.printable import printable
+
 if TYPE_CHECKING:
     from swarmevo.analysis.fronts import Cost
     from swarmevo.analysis.table_ii import Outcome, PaperRow
@@ -22,6 +24,8 @@ _THOUSANDS: Final = "\N{NARROW NO-BREAK SPACE}"
 
 NEVER: Final = "Max"
 """The paper's word in Table II for a time that was never reached."""
+STANDSTILL: Final = "no new genome; the optimiser asked only for those that the trial had before"
+"""Of a generation, as a warning."""
 
 
 # ---- names -----------------------------------------------------------------------------------------------------------
@@ -29,18 +33,12 @@ NEVER: Final = "Max"
 
 def words(name: str) -> str:
     """Return a name of code as people read it."""
-    return name.replace("_", " ")
+    return printable(name).replace("_", " ")
 
 
 def label(objective: Objective) -> str:
     """Return an objective's name as people read it, with the direction that is better."""
-    arrow = "more" if objective.is_maximised else "fewer" if is_count(objective) else "less"
-    return f"{words(objective.name)} ({arrow} is better)"
-
-
-def is_count(objective: Objective) -> bool:
-    """Whether an objective counts things: by its plural."""
-    return objective.name.endswith("s")
+    return f"{words(objective.name)} ({'more' if objective.is_maximised else 'less'} is better)"
 
 
 # ---- numbers ---------------------------------------------------------------------------------------------------------

@@ -130,15 +130,15 @@ def test_individuals_are_tested_in_smaller_teams_only(tmp_path: Path) -> None:
 
 
 def test_watching_shows_the_tests(run: Path) -> None:
-    found = assess(run, sizes=(3,))
+    found = assess(run, sizes=(3,), repeats=assessment.REPEATS)
     with Store.open(run) as store:
-        seen = assessment.watch(store, tests=2)
+        seen = assessment.watch(store)
         best = fronts.front(store)[0]
-    assert [key.trial for key in seen.keys] == [best.trial, best.trial]
+    assert [key.trial for key in seen.keys] == [best.trial] * assessment.REPEATS
     homing = np.isfinite(seen.telemetry.homing_time).mean()
     (tested,) = [one for one in found.controllers if (one.trial, one.genome) == (best.trial, best.genome)]
     assert tested.outcomes[0].homing_rate == homing
-    assert seen.telemetry.pose.shape == (2, 20, 3, 3)
+    assert seen.telemetry.pose.shape == (assessment.REPEATS, 20, 3, 3)
 
 
 def test_watching_somebody_unknown(run: Path) -> None:
@@ -161,6 +161,14 @@ def test_saved_is_loaded(run: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", ["", "{}", "[1]"])
 def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
     (tmp_path / table_ii.FILE).write_text(content)
+    with pytest.raises(StoreError, match="is damaged; make it again with swarmevo test"):
+        table_ii.load(tmp_path)
+
+
+def test_a_number_that_was_changed_is_found(run: Path, tmp_path: Path) -> None:
+    """Case 54."""
+    file = table_ii.save(assess(run), tmp_path)
+    file.write_text(file.read_text().replace('"repeats": 2', '"repeats": 3'))
     with pytest.raises(StoreError, match="is damaged; make it again with swarmevo test"):
         table_ii.load(tmp_path)
 

@@ -152,6 +152,46 @@ def test_history_ends_at_the_front(store: Store) -> None:
 # ---- the run as a whole ----------------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def long(store: Store) -> Store:
+    """A run of 40 generations of 8, half of them evaluated again in a later one, or in the same."""
+    rng = np.random.default_rng(3)
+    known = [0.0]
+    for _ in range(40):
+        genes = [*(1.0 + len(known) + i for i in range(4)), *rng.choice(known[-30:], 4)]
+        known += genes
+        append(store, 0, [(gene, rng.random(2).round(2), float(rng.integers(4))) for gene in genes])
+    return store
+
+
+def test_history_is_that_of_all_individuals_so_far(long: Store) -> None:
+    """Case 64: though most of them are not looked at again."""
+    seen: dict[int, list[FloatArray]] = {}
+    for summary, step in zip(long.summaries(0), fronts.history(long, 0), strict=True):
+        for genome, values in zip(summary.genomes.tolist(), summary.objectives, strict=True):
+            seen.setdefault(genome, []).append(values)
+        means = np.array([np.sum(values, axis=0) / len(values) for values in seen.values()])
+        points = means[fronts._non_dominated(long.objectives, means)]
+        assert step.front_size == len(points)
+        assert step.hypervolume == pytest.approx(fronts.hypervolume(long.objectives, points), rel=1e-12)
+        assert step.best == pytest.approx({"score": points[:, 0].max(), "neurons": points[:, 1].min()}, rel=1e-12)
+
+
+def test_history_does_not_compare_all_with_all(long: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 64: else it is quadratic in the number of generations."""
+    compared = []
+    is_nondominated = fronts.moocore.is_nondominated
+
+    def counted(points: FloatArray, **options: Any) -> Any:
+        compared.append(len(points))
+        return is_nondominated(points, **options)
+
+    monkeypatch.setattr(fronts.moocore, "is_nondominated", counted)
+    fronts.history(long, 0)
+    assert long.totals().genomes > 150
+    assert max(compared) < 60  # the front, and those that are met again
+
+
 def test_summary_and_cost(store: Store) -> None:
     for trial in range(2):
         append(store, trial, [(1, [1, 2], 3), (2, [0, 0], 4)])

@@ -207,3 +207,20 @@ def test_a_name_of_a_run_cannot_become_markup(tmp_path: Path) -> None:
     run = se.evolve("quick", seed=1, out=tmp_path / "<b>run", set=settings)
     for thing in (run, run.front(), run.front()[0].replay()):
         assert "<b>" not in thing._repr_html_()
+
+
+def test_what_has_no_effect_is_refused(tmp_path: Path, run: se.Run) -> None:
+    """Cases 33 and 75."""
+    with pytest.raises(se.ConfigError, match=r"^evolution\.seed: set twice, by evolution\.seed=1 and by evolution"):
+        se.evolve("quick", seed=2, set={"evolution.seed": 1}, out=tmp_path / "new")
+    with pytest.raises(se.ConfigError, match=r"^workers: expected 0 with a scheduler, whose workers are used, got 2$"):
+        se.evolve("quick", workers=2, scheduler="tcp://nowhere:1", out=tmp_path / "new")
+    with pytest.raises(se.ConfigError, match=r"^workers: "):
+        se.resume(run.folder, workers=2, scheduler="tcp://nowhere:1", generations="+1")
+    deep: list[Any] = []
+    for _ in range(100_000):
+        deep = [deep]
+    with pytest.raises(se.ConfigError, match="got list nested too deeply"):  # case 27
+        se.evolve("quick", set={"optimiser.pde.crossover_rate": deep}, out=tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+    assert se.open(run.folder).config.evolution.generations == 2

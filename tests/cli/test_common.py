@@ -3,16 +3,25 @@
 
 from __future__ import annotations
 
+import inspect
 import pkgutil
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib import metadata
+from pathlib import Path
 
 import pytest
+import yaml
 
 import swarmevo
-from cli.conftest import Swarmevo
+from cli.conftest import Swarmevo, files
 from swarmevo import cli
+from swarmevo.analysis import assessment
+from swarmevo.cli.common import team_sizes
+from swarmevo.cli.test import assess
+
+Install = Callable[..., Path]
 
 
 def test_help_imports_nothing_heavy() -> None:
@@ -26,9 +35,9 @@ def test_help_imports_nothing_heavy() -> None:
     assert done.stdout.splitlines()[-1] == ""
 
 
-def test_every_module_but_common_is_a_verb() -> None:
+def test_every_module_is_a_verb_but_what_they_share() -> None:
     modules = {module.name for module in pkgutil.iter_modules(cli.__path__)}
-    assert modules - {"common"} == set(cli.VERBS)
+    assert modules - {"common", "process", "streams"} == set(cli.VERBS)
 
 
 def test_version(swarmevo_: Swarmevo) -> None:
@@ -64,3 +73,89 @@ def test_wrong_workers(swarmevo_: Swarmevo, workers: str) -> None:
     done = swarmevo_("evolve", "small.yaml", f"--workers={workers}")
     assert done.code == 2
     assert done.errors == [f"--workers: expected auto or a whole number from 1 to 9999, got {workers!r}"]
+
+
+# ---- settings and options --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("form", [["--set", "team.robots=2"], ["--set=team.robots=2"]])
+def test_several_settings_follow_one_set(swarmevo_: Swarmevo, distribution: Install, form: list[str]) -> None:
+    """Case 65: a key without a section, and a plugin with a dash in its name."""
+    distribution("dashes", "1", {"swarmevo.optimisers": {"my-pde": "swarmevo_paper.pde:PDE"}})
+    settings = [*form, "optimiser=my-pde", "optimiser.my-pde.crossover_rate=0.5", "evolution.trials=1"]
+    done = swarmevo_("evolve", *settings, "small.yaml", "--seed", 1, "--out", "run")
+    assert (done.code, done.errors) == (0, [])
+    stored = yaml.safe_load(Path("run/config.yaml").read_text())
+    assert stored["optimiser"] == {"my-pde": {"crossover_rate": 0.5}}
+    assert (stored["team"]["robots"], stored["evolution"]["trials"]) == (2, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        (["--set", "evolution.seed=2", "--seed", "1"], "evolution.seed"),
+        (["--trials", "2", "--set", "evolution.trials=3"], "evolution.trials"),
+        (["--plugin", "pde", "--set", "optimiser=pde"], "optimiser"),
+        (["--set", "team.robots=2", "team.robots=3"], "team.robots"),
+        (["--set", "team.robots=2", "--set", "team.robots=3"], "team.robots"),
+    ],
+)
+def test_a_key_is_set_once(swarmevo_: Swarmevo, arguments: list[str], key: str) -> None:
+    """Case 75."""
+    done = swarmevo_("evolve", "small.yaml", *arguments)
+    assert (done.code, done.out) == (2, "")
+    (line,) = done.errors
+    assert line.startswith(f"{key}: set twice, by ")
+    assert files() == {"small.yaml"}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["evolve", "--seed", "1", "--seed=2"],
+        ["replay", "run", "--port", "1", "--port", "1"],
+        ["export", "--as", "x"] * 2,
+    ],
+)
+def test_an_option_is_given_once(swarmevo_: Swarmevo, arguments: list[str]) -> None:
+    """Case 75: not the last one wins."""
+    done = swarmevo_(*arguments)
+    assert done.code == 2
+    assert done.errors[0].endswith(": expected one value, got two; give it once")
+    assert len(done.errors) == 1
+
+
+WITHOUT_EFFECT = {
+    "evolve --dry-run --scheduler tcp://nowhere:1": "--dry-run: has no effect with --scheduler",
+    "evolve --scheduler tcp://nowhere:1 --workers 2": "--workers: has no effect with --scheduler",
+    "resume . --scheduler tcp://nowhere:1 --workers 2": "--workers: has no effect with --scheduler",
+    "export . --csv --as epuck": "--as: has no effect without --controller",
+    "export . --json --robot 1": "--robot: has no effect without --controller",
+    "export . --controller 1 --robot 1": "--robot: has no effect without --as epuck or webots",
+    "replay . --live --html x.html": "--html: has no effect with --live",
+    "replay . --live --video x.webp": "--video: has no effect with --live",
+    "replay . --live --serve": "--serve: has no effect with --live",
+    "replay . --live --generation 1": "--generation: has no effect with --live",
+    "replay . --live --repeat 0": "--repeat: has no effect with --live",
+    "replay . --live --robots 1-5": "--robots: has no effect with --live",
+    "replay . --live --force": "--force: has no effect with --live",
+    "replay . --live --speed 2": "--speed: has no effect without --video",
+    "replay . --serve --seconds 1-2": "--seconds: has no effect without --video",
+    "replay . --html x.html --port 80": "--port: has no effect without --serve or --live",
+}
+
+
+@pytest.mark.parametrize("arguments", WITHOUT_EFFECT)
+def test_an_option_without_effect_is_refused(swarmevo_: Swarmevo, arguments: str) -> None:
+    """Case 33."""
+    done = swarmevo_(*arguments.split())
+    assert (done.code, done.out) == (2, "")
+    assert done.errors == [f"{WITHOUT_EFFECT[arguments]}; leave it out"]
+    assert files() == {"small.yaml"}
+
+
+def test_the_defaults_of_test_are_those_of_the_analysis() -> None:
+    """They stand twice, so that --help imports nothing heavy."""
+    defaults = {name: parameter.default for name, parameter in inspect.signature(assess).parameters.items()}
+    assert defaults["repeats"] == assessment.REPEATS
+    assert team_sizes(defaults["robots"]) == list(assessment.TEAM_SIZES)

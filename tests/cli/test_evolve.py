@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pty
 import re
@@ -19,6 +20,7 @@ import pytest
 import yaml
 
 from cli.conftest import SMALL, Swarmevo, files
+from conftest import Distribution
 from swarmevo.evolution.loop import Progress
 from swarmevo.runs.store import Store
 from swarmevo.views import console
@@ -31,7 +33,7 @@ def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swa
     assert "Front of trial 1" in done.out
     first, *lines = done.err.splitlines()
     assert first == "run run, seed 1"
-    pattern = r"trial [01]/1, generation [01]/1: best box_pushing \S+, front \d, \S+ episodes/s, 0:00:0\d left"
+    pattern = r"trial [01]/1, generation [01]/1: best box_pushing \S+, front \d, \d new, \S+ episodes/s, 0:00:0\d left"
     assert [bool(re.fullmatch(pattern, line)) for line in lines] == [True] * 4
     assert {path.name for path in Path("run").iterdir()} == {"config.yaml", "provenance.json", "run.sqlite"}
 
@@ -39,6 +41,41 @@ def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swa
 def test_show_says_what_evolve_said(swarmevo_: Swarmevo) -> None:
     evolved = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
     assert swarmevo_("show", "run").out == evolved.out
+
+
+STUBBORN = """
+    class Stubborn:
+        def __init__(self, space, population, objectives, rng, new_at: int = 0):
+            self._genomes, self._told, self._new_at = rng.standard_normal((population, space.size)), 0, new_at
+        def ask(self):
+            return self._genomes + (self._told == self._new_at)
+        def tell(self, genomes, costs):
+            self._told += 1
+        def state(self):
+            return {"genomes": self._genomes, "told": self._told}
+        def restore(self, state):
+            self._genomes, self._told = state["genomes"], state["told"]
+"""
+STANDSTILL = "no new genome; the optimiser asked only for those that the trial had before"
+
+
+def test_generations_without_a_new_genome_are_a_warning(swarmevo_: Swarmevo, distribution: Distribution) -> None:
+    """Case 50: of any optimiser, once where they begin, and counted by show."""
+    distribution("dull", "1.0", {"swarmevo.optimisers": {"stubborn": "dull:Stubborn"}}, dull=STUBBORN)
+    settings = ["--set", "evolution.generations=6", "optimiser.stubborn.new_at=3"]
+    done = swarmevo_("evolve", "small.yaml", "--plugin", "stubborn", "--seed", 1, "--out", "run", *settings)
+    assert done.code == 0
+    new = [int(count) for count in re.findall(r"front \d, (\d) new, ", done.err)]
+    assert new == [4, 0, 0, 4, 0, 0] * 2
+    warnings = [line for line in done.err.splitlines() if line.startswith("warning")]
+    places = [f"trial {trial}, generation {generation}" for trial in (0, 1) for generation in (1, 4)]
+    assert warnings == [f"warning: {place}: {STANDSTILL}" for place in places]
+    shown = swarmevo_("show", "run").out
+    assert shown == done.out
+    assert shown.count("6 of 6 generations, 0 to 4 new genomes each") == 2
+    assert f"warning: trial 1: in 4 generations, first in 1, {STANDSTILL}" in shown
+    (first, _) = json.loads(swarmevo_("show", "run", "--json").out)["trials"]
+    assert [step["new_genomes"] for step in first["history"]] == [4, 0, 0, 4, 0, 0]
 
 
 def test_a_seed_is_drawn_printed_and_stored(swarmevo_: Swarmevo) -> None:
@@ -212,7 +249,7 @@ def test_a_live_bar_on_a_terminal(tmp_path: Path) -> None:
     out, err = on_a_terminal(tmp_path)
     assert "━" in err
     assert "\x1b[" in err
-    assert re.search(r"trial 1/1 gen 1/1  box_pushing \S+  front \d  \S+ ep/s  ETA 0:00:00", err)
+    assert re.search(r"trial 1/1 gen 1/1  box_pushing \S+  front \d  \d new  \S+ ep/s  ETA 0:00:00", err)
     assert "\x1b" not in out
 
 

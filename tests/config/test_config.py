@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -105,8 +106,37 @@ def test_an_override_wins_over_the_file(load: Any, override: str, section: str, 
     assert getattr(getattr(found, section), key) == value
 
 
-def test_the_last_override_wins(load: Any) -> None:
-    assert load("{}", "team.robots=3", "team.robots=4").team.robots == 4
+@pytest.mark.parametrize(
+    ("overrides", "key"),
+    [
+        (["team.robots=3", "team.robots=4"], "team.robots"),
+        (["team.robots=3", "team.robots=3"], "team.robots"),
+        (["arena={size: 2}", "arena.size=3"], "arena"),
+        (["arena.wall_height=0.1", "arena={size: 2}"], "arena.wall_height"),
+        (["optimiser=pde", "optimiser=other"], "optimiser"),
+        (["optimiser.pde.crossover_rate=1", "optimiser=other"], "optimiser.pde.crossover_rate"),
+        (["fitness.box_pushing.strength=9", "fitness=[box_pushing]"], "fitness.box_pushing.strength"),
+        (["arena.size=.nan", "arena.size=.nan"], "arena.size"),
+    ],
+)
+def test_a_key_is_set_once(errors: Any, overrides: list[str], key: str) -> None:
+    """Case 75: an override that undoes another one is refused, whichever comes first."""
+    found = errors("{}", *overrides)
+    assert f"{key}: set twice, by {overrides[0]} and by {overrides[1]}; give it once" in found
+    assert sum("set twice" in line for line in found) == 1
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["arena={size: 2}", "arena.wall_height=0.1"],
+        ["optimiser=pde", "optimiser.pde.crossover_rate=0.5"],
+        ["optimiser.pde.crossover_rate=0.5", "optimiser=pde"],
+        ["fitness=[box_pushing]", "fitness.box_pushing.strength=9"],
+    ],
+)
+def test_overrides_may_add_to_each_other(load: Any, overrides: list[str]) -> None:
+    load("optimiser: {pde: {crossover_rate: 0.1}}", *overrides)
 
 
 def test_an_option_is_set_beside_the_others(load: Any) -> None:
@@ -164,7 +194,8 @@ def test_a_wrong_override(errors: Any, override: str, error: str) -> None:
         ("box: !!set {a, b}", "could not determine a constructor for the tag"),
         ("arena: &a {size: *a}", "found unconstructable recursive node"),
         ("? [1, 2]\n: 3", "line 1: expected a name before the colon, got a list or a mapping"),
-        ("[" * 5000, "nested too deeply"),
+        ("[" * 5000, "line 1, column 51: nested too deeply, expected at most 50 levels"),
+        ("a: [" + "1," * 20_000 + "]", "expected at most 20000 values, aliases written out, got more"),
         (b"\x89PNG\r\n\x1a\n", "expected YAML text in UTF-8, got binary data"),
         (b"arena: \0", "special characters are not allowed"),
         (b" " * 1_000_001, "expected a configuration of at most 1000000 bytes"),
@@ -175,6 +206,52 @@ def test_a_file_that_is_no_configuration(errors: Any, content: str | bytes, erro
     (line,) = errors(content)
     assert "my.yaml: " in line
     assert error in line
+
+
+BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in itertools.pairwise("abcdefgh")
+)
+
+
+@pytest.mark.parametrize("place", ["{}", "optimiser:\n  pde:\n{}", "box:\n{}", "fitness:\n  any:\n    deep:\n{}"])
+def test_an_alias_bomb_is_refused_at_once(errors: Any, place: str) -> None:
+    """Case 27: wherever it is, 43 million values in 300 bytes."""
+    indent = " " * 2 * place.count("\n")
+    (line,) = errors(place.format("".join(indent + entry for entry in BOMB.splitlines(keepends=True))))
+    assert "expected at most 20000 values, aliases written out, got more" in line
+
+
+def test_an_alias_bomb_in_an_override(errors: Any) -> None:
+    """Case 27."""
+    (line,) = errors("{}", f"optimiser.pde={{{', '.join(BOMB.splitlines())}}}")
+    assert line.startswith("--set optimiser.pde=")
+    assert "expected at most 20000 values" in line
+
+
+def test_an_alias_is_what_it_stands_for(load: Any) -> None:
+    found = load("arena: {size: &wide 2.5}\noptimiser: {any: &it {a: *wide, b: [*wide, x]}}\nfitness: {any: *it}")
+    assert found.optimiser == found.fitness == {"any": {"a": 2.5, "b": [2.5, "x"]}}
+
+
+@pytest.mark.parametrize("value", ["1e999", "1" + "0" * 400, ".nan", "[.inf]", '"\\ud800"'])
+def test_an_option_that_cannot_be_stored_is_refused(errors: Any, value: str) -> None:
+    """Case 27: a huge number, and text that is none."""
+    (line,) = errors(f"optimiser: {{any: {{option: {value}}}}}")
+    assert line.startswith("optimiser.any.option: expected a finite number, text, true, false, null or a list, got ")
+    assert len(line) < 200
+
+
+@pytest.mark.parametrize("section", list(Config.model_fields))
+@pytest.mark.parametrize("nothing", ["", " ~", "\n  # size: 2", " null"])
+def test_a_section_without_keys_has_its_defaults(load: Any, section: str, nothing: str) -> None:
+    """Case 70: all its keys are commented out."""
+    assert load(f"{section}:{nothing}\n") == Config()
+
+
+def test_an_override_in_a_section_without_keys(load: Any) -> None:
+    """Case 70."""
+    found = load("arena:\noptimiser:\n", "arena.size=2", "optimiser.pde.crossover_rate=0.5")
+    assert (found.arena.size, found.optimiser) == (2.0, {"pde": {"crossover_rate": 0.5}})
 
 
 def test_a_missing_file(tmp_path: Path) -> None:
@@ -222,7 +299,7 @@ WRONG = {
     'box: {size: [1, "2", 3]}': "box.size[1]: expected a number from 0.01 to 10 [m], got '2'; write it without quotes",
     "box: {pose: [0, 0, 1000]}": "box.pose[2]: expected a number from -100 to 100 [rad], got 1000",
     "box: [0.2, 0.3]": "box: expected a section (size, mass, pose, velocity), got [0.2, 0.3]",
-    "noise: ": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got nothing",
+    "noise: []": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got []",
     "noise: off": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got false",
     "team: {robots: 0}": "team.robots: expected a whole number from 1 to 64, got 0",
     "team: {robots: 1000000000}": "team.robots: expected a whole number from 1 to 64, got 1000000000",
@@ -245,7 +322,7 @@ WRONG = {
     "got the keys 'pde', 'nsga2'",
     "optimiser: {}": "optimiser: expected one plugin by name, {name: {option: value}}, got no keys",
     "optimiser: {pde: 3}": "optimiser.pde: expected options, {option: value}, got 3",
-    "fitness: 3": "fitness: expected plugins by name, {name: {option: value}}, got 3",
+    "fitness: [[a]]": "fitness: expected plugins by name, {name: {option: value}}, got [['a']]",
     "optimiser: {pde: {mutation_rate: .nan}}": "optimiser.pde.mutation_rate: expected a finite number, text, true, "
     "false, null or a list, got nan",
 }

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sqlite3
 import subprocess
 import sys
+import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -16,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conftest import Distribution
 from swarmevo import cli
 from swarmevo import config as configuration
 from swarmevo.cli import common
@@ -40,7 +43,7 @@ OTHER_VERSION = "from swarmevo import _version\n_version.__version__ = '0.0.9'\n
 
 
 def settings(*more: str) -> Config:
-    return configuration.load("quick", [*SETTINGS, *more])
+    return configuration.changed(configuration.load("quick", SETTINGS), more)
 
 
 class Cluster:
@@ -185,7 +188,7 @@ def test_an_error_in_an_episode_is_that_of_one_machine(steady: Cluster) -> None:
     config = settings()
     with Evaluator(config, 1, cluster.backend(steady.address, lambda line: None)) as evaluator:
         genomes = np.full((2, evaluator.space.size), np.nan)
-        with pytest.raises(EvaluationError, match="policies were refused: input_hidden: expected finite weights"):
+        with pytest.raises(EvaluationError, match="policies were refused: input_hidden: expected finite numbers"):
             evaluator.evaluate(genomes, 0, 0)
 
 
@@ -252,6 +255,43 @@ def test_a_worker_of_another_version_is_refused(tmp_path: Path, mortal: Cluster)
     assert "\n" not in str(error.value)
 
 
+KEEN = """
+    from swarmevo.protocols import Objective
+
+    class Keen:
+        objectives = (Objective("keen", "maximise", (0.0, 100.0)),)
+        channels = ()
+
+        def evaluate(self, telemetry, genomes, controller):
+            return abs(genomes[:, :1])
+"""
+
+
+def test_a_worker_that_has_a_plugin_from_before_its_change_is_refused(
+    tmp_path: Path, mortal: Cluster, distribution: Distribution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 52: the worker goes on with what it has imported."""
+    site = distribution("keen", "1.0", {"swarmevo.fitness": {"keen": "keen_on_dask:Keen"}}, keen_on_dask=KEEN)
+    monkeypatch.setenv("PYTHONPATH", str(site))
+    mortal.add(1)
+    mortal.wait_for(1)
+    begin(tmp_path / "first", settings("fitness=keen"))
+    go_on(tmp_path / "first", mortal.address)
+
+    (site / "keen_on_dask.py").write_text(textwrap.dedent(KEEN).replace("abs", "3 * abs"))
+    del sys.modules["keen_on_dask"]  # as in a new process
+    begin(tmp_path / "second", settings("fitness=keen"))
+    with pytest.raises(ClusterError) as error:
+        go_on(tmp_path / "second", mortal.address)
+    message = str(error.value)
+    assert re.match(
+        r"worker tcp://\S+: has fitness\.keen keen 1\.0 \(files \w{12}\) instead of keen 1\.0 \(files \w{12}\); "
+        r"install the same there and start it again, or stop it$",
+        message,
+    )
+    assert rows(tmp_path / "second") == 0
+
+
 def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:9", "no address"):
@@ -272,3 +312,9 @@ def test_dask_is_imported_for_a_cluster_alone() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "none\n"
+
+
+def test_a_scheduler_behind_tls_needs_certificates() -> None:
+    """Case 72."""
+    with pytest.raises(ClusterError, match="expected certificates in Dask's configuration"):
+        cluster.backend("tls://127.0.0.1:1", print)(settings().model_dump_json(), 1)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import threading
 from collections.abc import Callable, Generator, Sequence
 from functools import reduce
@@ -12,15 +13,16 @@ import numpy as np
 import pytest
 
 import toy_plugins
-from swarmevo import simulation
+from forks import in_a_fork
+from swarmevo import plugins, returned, simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
 from swarmevo.evolution import evaluation, threads
 from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
 from swarmevo.evolution.jobs import Job, run_job
 from swarmevo.evolution.results import Results, joined
-from swarmevo.plugins.checked import TeamController
-from swarmevo.plugins.team import never
+from swarmevo.plugins.checked import check_together
+from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import Compiled, FloatArray, Objective
 from toy_plugins import HIDDEN
 
@@ -296,9 +298,8 @@ def test_lockstep_gives_each_robot_its_genome() -> None:
 
 
 def test_the_complexity_of_a_team_is_the_mean_over_its_robots() -> None:
-    controller = toy_plugins.Network()
     on, off = np.ones(36), np.zeros(36)
-    team = TeamController(controller, 2)
+    team = Team(toy_plugins.config(team={"genomes": "individual"}))
     np.testing.assert_array_equal(team.complexity(np.array([[*on, *off], [*on, *on]])), [1.0, 2.0])
 
 
@@ -362,13 +363,20 @@ def assert_one_line(error: pytest.ExceptionInfo[BaseException], *parts: str) -> 
         ("not iterable", "objectives raised TypeError"),
         ("no Objective", "expected an Objective, got str"),
         ("direction", "expected the direction maximise or minimise, got 'up'"),
-        ("range", "expected as range two finite numbers, low and high, got (1.0, 1.0)"),
+        ("range", "expected as range two finite numbers, low and high, within 1e+50, got (1.0, 1.0)"),
         ("infinite", "expected as range two finite numbers"),
-        ("no pair", "expected as range two finite numbers, low and high, got 1.0"),
+        ("no pair", "expected as range two finite numbers, low and high, within 1e+50, got 1.0"),
+        ("wide", "expected as range two finite numbers, low and high, within 1e+50, got (0.0, 1e+308)"),
+        ("text range", "expected as range two finite numbers"),
+        ("name", "expected as name text that can be printed, got 3"),
+        ("blank", "expected as name text that can be printed, got ' '"),
+        ("escape", r"expected as name text that can be printed, got '\x1b[2J'"),
+        ("surrogate", r"expected as name text that can be printed, got '\udcff'"),
         ("channel", "channels: expected some of pose, command"),
     ],
 )
 def test_a_fitness_that_describes_itself_badly_is_named(fault: str, told: str) -> None:
+    """Case 62: refused before a folder is made."""
     with pytest.raises(EvaluationError) as error:
         Evaluator(toy_plugins.config(fitness={"toy_bad_fitness": {"fault": fault}}), 1)
     assert_one_line(error, "fitness.toy_bad_fitness (toys 1.0): ", told)
@@ -385,12 +393,20 @@ def test_two_objectives_of_one_name_are_refused() -> None:
     [
         ("raises", "evaluate raised KeyError: 'nobody\\nhome'"),
         ("shape", "evaluate: expected an array of shape (1, 1), got (1,)"),
-        ("nan", "evaluate: expected finite numbers, got [nan]"),
-        ("text", "evaluate: expected an array of numbers, got list"),
-        ("none", "evaluate: expected an array of shape (1, 1), got ()"),
+        ("nan", "evaluate: expected finite numbers, got nan at [0, 0]"),
+        ("text", "evaluate: expected an array of numbers, got list of str_"),
+        ("none", "evaluate: expected an array of numbers, got NoneType"),
+        ("complex", "evaluate: expected an array of numbers, got ndarray of complex128"),
+        ("masked", "evaluate: expected an array of numbers, got a masked array; fill it"),
+        ("huge", "evaluate: expected an array of numbers, got list of object_"),
+        ("long", "evaluate: expected finite numbers, got inf at [0, 0]"),
+        ("largest", "evaluate: expected good in its range from 0 to 1, got 1e+308"),
+        ("outside", "evaluate: expected good in its range from 0 to 1, got 1.001"),
+        ("below", "evaluate: expected good in its range from 0 to 1, got -0.001"),
     ],
 )
 def test_a_fitness_that_fails_is_named(fault: str, told: str) -> None:
+    """Cases 20, 21 and 63: plugin, objective, value and what was expected."""
     config = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": fault}})
     with pytest.raises(EvaluationError) as error:
         evaluate(config, genomes_for(config, 2), workers=2)
@@ -415,7 +431,10 @@ def test_a_native_controller_that_fails_is_named(fault: str, told: str) -> None:
 
 @pytest.mark.parametrize(
     ("fault", "told"),
-    [("raises", "act raised KeyError"), ("shape", "act: expected an array of shape (4, 2, 2), got (3,)")],
+    [
+        ("raises", "act raised KeyError"),
+        ("shape", "act: expected an array of shape (1, 2, 2), got (3,), in trial 0, generation 0, individual 0"),
+    ],
 )
 def test_a_controller_in_python_that_fails_is_named(fault: str, told: str) -> None:
     config = toy_plugins.config(controller={"toy_linear": {"fault": fault}})
@@ -441,7 +460,7 @@ def test_an_episode_that_fails_names_its_individual(monkeypatch: pytest.MonkeyPa
     config = toy_plugins.config()
     with pytest.raises(EvaluationError) as error:
         evaluate(config, genomes_for(config, 1), generation=4)
-    assert_one_line(error, "trial 0, generation 4, individual 0, repeat 1: the episode failed: ODE: LCP went astray")
+    assert_one_line(error, "the episode failed: ODE: LCP went astray, in trial 0, generation 4, individual 0, repeat 1")
 
 
 def test_an_evaluator_needs_a_seed_and_a_number_of_workers() -> None:
@@ -453,5 +472,122 @@ def test_an_evaluator_needs_a_seed_and_a_number_of_workers() -> None:
 
 def test_genomes_of_another_shape_are_refused() -> None:
     config = toy_plugins.config()
-    with pytest.raises(ValueError, match=r"genomes: expected the shape \(n, 36\), got \(2, 35\)"):
+    with pytest.raises(EvaluationError, match=r"genomes: expected the shape \(n, 36\), got \(2, 35\); install"):
         evaluate(config, np.zeros((2, 35)))
+
+
+# ---- forks -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_fork_cannot_use_an_evaluator() -> None:
+    """Case 74: its threads are not there; one line instead of waiting for ever."""
+    config = toy_plugins.config()
+    genomes = genomes_for(config, 2)
+    with Evaluator(config, 2) as evaluator:
+        evaluator.evaluate(genomes, 0, 0)
+
+        def use() -> None:
+            with evaluator:  # which frees nothing of the parent's
+                evaluator.evaluate(genomes, 0, 0)
+
+        said = in_a_fork(use)
+        assert said.startswith(f"EvaluationError: evaluator: expected process {os.getpid()}, which made it, got ")
+        assert said.endswith("a fork of it without its workers; make one in each process")
+        assert (evaluator.evaluate(genomes, 0, 0).costs == evaluate_anew(config, genomes)).all()
+
+
+def evaluate_anew(config: Config, genomes: FloatArray) -> FloatArray:
+    with Evaluator(config, 2) as evaluator:
+        return evaluator.evaluate(genomes, 0, 0).costs
+
+
+def test_a_fork_makes_an_evaluator_of_its_own() -> None:
+    """Case 74: also where jobs run in processes, which stay those of the parent."""
+    config = toy_plugins.config(evolution={"episode_timeout": 60.0})
+    genomes = genomes_for(config, 2)
+    with Evaluator(config, 2) as evaluator:
+        costs = evaluator.evaluate(genomes, 0, 0).costs
+        assert in_a_fork(lambda: (evaluate_anew(config, genomes) == costs).all()) in ("True", "np.True_")
+        assert (evaluator.evaluate(genomes, 0, 0).costs == costs).all()
+
+
+# ---- values of other types -------------------------------------------------------------------------------------------
+
+
+def test_names_ranges_and_values_of_other_types_are_plain_in_the_host() -> None:
+    """Cases 62 and 63: lists, float32 and NumPy's text are what they stand for, everywhere."""
+    config = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": "other types"}})
+    team = Team(config)
+    assert team.objectives == [Objective("good", "minimise", (0.0, 1.0))]
+    assert [type(value) for value in (team.objectives[0].name, *team.objectives[0].range)] == [str, float, float]
+    assert evaluate(config, genomes_for(config, 1)).objectives.tolist() == [[[0.25], [0.25]]]
+
+
+def test_a_value_at_the_end_of_its_range_may_be_rounded() -> None:
+    """Case 20."""
+    objective = Objective("a", "minimise", (0.0, 1.0))
+    returned.check_range(np.array([[1.0 + 1e-12], [-1e-12]]), [objective])
+
+
+def use(config: Config) -> None:
+    """Ask a controller for all that it returns."""
+    team = Team(config)
+    genome = np.ones((1, team.space.size))
+    team.complexity(genome)
+    team.simulate(genome, [simulation.EpisodeKey(1, 0, 0, 0)])
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        ("scalar complexity", "complexity: expected an array of shape (1,), got ()"),
+        ("column complexity", "complexity: expected an array of shape (1,), got (1, 1)"),
+        ("activation", "its policies were refused: activation: expected tanh or logistic, got 'relu'"),
+        ("switch 0.7", "its policies were refused: hidden_switch: expected booleans of shape (n, hidden), got float64"),
+        ("switch nan", "hidden_switch: expected booleans"),
+        ("switch 256", "hidden_switch: expected booleans of shape (n, hidden), got int64"),
+        ("switch -1", "hidden_switch: expected booleans"),
+        ("bias", "bias: expected True or False, got 1"),
+        ("complex weights", "input_hidden: expected an array of numbers, got ndarray of complex128"),
+        ("list weights", "input_hidden: expected an array of shape (1, 2, 14), got list"),
+        ("no function", "function: expected a whole number from 1 to"),
+        ("real memory", "memory: expected a whole number from 0 to 4294967295, got 1.5"),
+        ("scalar block", "space: block gain: expected a unit_axis of the shape (), got 0"),
+        ("twin blocks", "space: expected blocks of different names, got 'gain' twice"),
+        ("no blocks", "space: expected at least one gene, got none"),
+        ("block of text", "space: expected blocks, a tuple of Block, got ('gain',)"),
+    ],
+)
+def test_what_a_controller_returns_is_checked(fault: str, told: str) -> None:
+    """Cases 60, 63 and 67: the controller is named, not the optimiser that got its space."""
+    config = toy_plugins.config(controller={"toy_odd_controller": {"fault": fault}}, fitness="toy_neurons")
+    with pytest.raises(EvaluationError) as error:
+        use(config)
+    assert_one_line(error, "controller.toy_odd_controller (toys 1.0): ", told)
+
+
+@pytest.mark.parametrize("fault", ["scalar block", "twin blocks", "no blocks"])
+def test_a_controllers_bad_space_is_the_controllers(fault: str) -> None:
+    """Case 67: found when the configuration is read."""
+    config = toy_plugins.config(controller={"toy_odd_controller": {"fault": fault}}, fitness="toy_neurons")
+    (error,) = plugins.option_errors(config)
+    assert error.startswith("controller.toy_odd_controller: ")
+
+
+def test_a_fitness_gets_checked_complexities() -> None:
+    """Case 63: what a fitness asks the controller for is checked as well; the controller is named."""
+    config = toy_plugins.config(
+        controller={"toy_odd_controller": {"fault": "column complexity"}}, fitness="toy_neurons"
+    )
+    with pytest.raises(EvaluationError) as error:
+        evaluate(config, genomes_for(config, 1))
+    assert str(error.value).count("controller.toy_odd_controller (toys 1.0): complexity: expected an array") == 1
+    assert "fitness" not in str(error.value)
+
+
+def test_a_hypervolume_is_always_finite() -> None:
+    """Case 22: so that whatever is shown or exported is valid JSON."""
+    widest = [Objective(f"objective {i}", "minimise", (-returned.LARGEST, returned.LARGEST)) for i in range(7)]
+    check_together(widest[:6])
+    with pytest.raises(EvaluationError, match=r"^fitness: expected ranges of objectives whose product is finite"):
+        check_together(widest)

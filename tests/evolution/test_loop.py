@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 import toy_plugins
-from conftest import installer
+from conftest import Distribution, installer
 from swarmevo import config as configuration
+from swarmevo.analysis import fronts
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, EvaluationError, Interrupted, PluginError, StoreError
 from swarmevo.evolution import loop, threads
@@ -139,6 +140,41 @@ def test_progress_tells_where_the_run_stands(tmp_path: Path) -> None:
             assert p.front_size == len(front)
 
 
+OPPOSED = """
+    import numpy as np
+    from swarmevo.protocols import Objective
+
+    class Opposed:
+        objectives = tuple(Objective(name, "minimise", (0.0, 100.0)) for name in ("above", "below"))
+        channels = ()
+
+        def evaluate(self, telemetry, genomes, controller):
+            gene = np.round(np.tanh(genomes[:, 0]) * 2**20) / 2**20  # sums are exact
+            return np.stack([1 - gene, 1 + gene], axis=1)
+"""
+
+
+def test_a_front_that_would_fill_the_population_leaves_room_for_new_genomes(
+    tmp_path: Path, distribution: Distribution
+) -> None:
+    """Case 50: nobody dominates anybody; whom PDE leaves out stays on the run's front."""
+    distribution("opposed", "1.0", {"swarmevo.fitness": {"opposed": "opposed:Opposed"}}, opposed=OPPOSED)
+    budget = {"generations": 12, "population": 6, "trials": 2, "repeats": 1}
+    begin(tmp_path / "run", toy_plugins.config(optimiser="pde", fitness="opposed", evolution=budget))
+    seen: list[Progress] = []
+    run(tmp_path / "run", observe=seen.append)
+    assert all(progress.new_genomes > 0 for progress in seen)
+    with Store.open(tmp_path / "run") as store:
+        for trial in range(TRIALS):
+            steps = fronts.history(store, trial)
+            assert [step.new_genomes for step in steps] == [p.new_genomes for p in seen if p.trial == trial]
+            assert sum(step.new_genomes for step in steps) == store.totals(trial).genomes
+            front = fronts.front(store, trial)
+            objectives = {tuple(row) for row in store.individuals(trial).objectives}
+            assert {tuple(point.objectives.values()) for point in front} == objectives
+            assert any(point.last_generation < budget["generations"] - 1 for point in front)
+
+
 def test_the_optimisers_random_numbers_are_of_the_trial_alone(tmp_path: Path) -> None:
     run(tmp_path / "run")
     with Store.open(tmp_path / "run") as store:
@@ -196,7 +232,7 @@ def test_a_run_that_was_killed_goes_on_as_if_it_had_not_been(
             stop = StopAt(15)
             run(folder, stop=lambda: stop() and die())
         else:
-            monkeypatch.setattr(Store, "_insert_individuals", die)
+            monkeypatch.setattr(Store, "_insert_genomes", die)
             run(folder)
 
     for _ in range(2):
@@ -264,7 +300,7 @@ def test_an_optimiser_that_fails_is_named_and_what_is_stored_stays(
     message = str(error.value)
     assert message.startswith("optimiser.toy_bad_optimiser (toys 1.0): ")
     assert f", trial 0, generation {at}: " in message
-    assert "repair the plugin, then continue the run" in message
+    assert "repair the plugin, then resume" in message
     assert "\n" not in message
     with Store.open(tmp_path / "run") as store:
         assert store.generations(0) == at

@@ -11,6 +11,7 @@ last column being the output bias), hidden_switch (hidden values, each exactly 0
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy
@@ -76,10 +77,48 @@ def representatives(genomes: list[list[float]], costs: list[list[float]]) -> lis
     return chosen
 
 
-def retained_indices(genomes: list[list[float]], costs: list[list[float]]) -> list[int]:
-    """Steps 3.1 and 3.2: the indices of the labelled individuals, in population order."""
+def room_of(one: int, others: list[int], places: dict[int, list[float]]) -> float:
+    """The mean of the distances from one individual to the two of the others that are nearest to it."""
+    distances: list[float] = []
+    for other in others:
+        if other != one:
+            square = 0.0
+            for a, b in zip(places[one], places[other], strict=True):
+                square += (a - b) * (a - b)
+            distances.append(math.sqrt(square))
+    distances.sort()
+    return (distances[0] + distances[1]) / 2
+
+
+def thinned(front: list[int], costs: list[list[float]], most: int) -> list[int]:
+    """What is left of a front when the most crowded have gone one by one; not in the paper, see docs/paper-map.md."""
+    places: dict[int, list[float]] = {index: [] for index in front}
+    best: list[int] = []  # in each objective the first one
+    for objective in range(len(costs[front[0]])):
+        column = [costs[index][objective] for index in front]
+        low, high = min(column), max(column)
+        for index in front:
+            share = 0.0 if high == low else (costs[index][objective] - low) / (high - low)
+            places[index].append(share)
+        best.append(front[column.index(low)])
+    left = list(front)
+    while len(left) > most:
+        may_go = [index for index in left if index not in best] or left
+        leaver, least = -1, math.inf
+        for index in may_go:
+            room = room_of(index, left, places)
+            if room <= least:  # the last of equal ones
+                leaver, least = index, room
+        left.remove(leaver)
+    return left
+
+
+def retained_indices(genomes: list[list[float]], costs: list[list[float]], most: int) -> list[int]:
+    """Steps 3.1 and 3.2: the indices of the labelled individuals, in population order; of a front ``most``."""
     unlabelled = representatives(genomes, costs)
     labelled = non_dominated(unlabelled, costs)  # 3.1 label as parents those that are non-dominated
+    if len(labelled) > most:
+        return thinned(labelled, costs, most)
     unlabelled = [index for index in unlabelled if index not in labelled]
     while len(labelled) < 3 and unlabelled:  # 3.2 the second and subsequent layers
         layer = non_dominated(unlabelled, costs)  # 3.2.1 non-dominated among those who are not labelled
@@ -105,11 +144,12 @@ class ReferencePDE:
         mutation_rate: float = 0.01,
         mutation_spread: float = 0.01,
         reevaluate: str = "accumulate",
+        front: float = 0.6,
         inputs: int = 14,
         outputs: int = 2,
     ) -> None:
-        if population < 3:
-            raise ValueError("differential evolution needs a population of at least three")
+        if population < 4:
+            raise ValueError("differential evolution needs three parents and room for a child")
         if reevaluate not in REEVALUATE:
             raise ValueError(f"reevaluate is one of {REEVALUATE}, not {reevaluate!r}")
         self.size = population
@@ -119,6 +159,11 @@ class ReferencePDE:
         self.mutation_rate = mutation_rate
         self.mutation_spread = mutation_spread
         self.reevaluate = reevaluate
+        self.most = round(front * population)  # of the front that are retained
+        if self.most < 3:
+            self.most = 3
+        if self.most > population - 1:
+            self.most = population - 1
         self.inputs = inputs
         self.outputs = outputs
         self.n_real = hidden * inputs + outputs * (hidden + 1)
@@ -143,7 +188,7 @@ class ReferencePDE:
 
         genomes = [individual.genome() for individual in self.population]
         current = [self._cost(individual) for individual in self.population]
-        kept = retained_indices(genomes, current)  # 3.1, 3.2
+        kept = retained_indices(genomes, current, self.most)  # 3.1, 3.2
         retained = [self.population[index] for index in kept]  # 3.3 the others are deleted
         children: list[Individual] = []
         while len(retained) + len(children) < self.size:  # 3.4, 3.5 repeat for all of the deleted

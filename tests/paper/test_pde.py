@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from reference_pde import ReferencePDE
 
+from swarmevo import config
 from swarmevo.protocols import Block, GenomeSpace, SceneInfo
 from swarmevo.testing import CHROMOSOME, OptimiserTests
 from swarmevo_paper.network import FeedForwardNetwork
@@ -16,6 +17,7 @@ from swarmevo_paper.pde import PDE
 
 SCENE = SceneInfo(robots=5, control_steps=10, control_period=0.1)
 PAPER = FeedForwardNetwork().space(SCENE)
+PAPER_ZERO = np.zeros((1, PAPER.size))
 ONE_GENE = GenomeSpace((Block("weight", (1,)),))
 
 
@@ -91,6 +93,16 @@ def three(genomes, space, generation):
     return np.column_stack([paper_like(genomes, space, generation), np.floor(np.abs(genomes[:, 1]))])
 
 
+def three_continuous(genomes, space, generation):
+    return np.column_stack([paper_like(genomes, space, generation), np.cos(genomes).sum(axis=1)])
+
+
+def on_a_grid(genomes, space, generation):
+    """Return points of a front at whole distances: many leave as much room."""
+    x = np.floor(genomes[:, :2] * 4)
+    return np.column_stack([x, -x.sum(axis=1)])
+
+
 RATES = [(0.7, 0.01, 0.01), (0.3, 0.2, 0.5), (0.0, 0.0, 0.0), (1.0, 1.0, 0.1)]
 
 
@@ -108,6 +120,8 @@ RATES = [(0.7, 0.01, 0.01), (0.3, 0.2, 0.5), (0.0, 0.0, 0.0), (1.0, 1.0, 0.1)]
         one_constant,
         conflicting,
         three,
+        three_continuous,
+        on_a_grid,
     ],
 )
 def test_second_implementation_makes_the_same_children(costs, rates, reevaluate):
@@ -121,13 +135,30 @@ def test_second_implementation_makes_the_same_children(costs, rates, reevaluate)
         reference = ReferencePDE(population, hidden, theirs, **keywords)
         for generation in range(20):
             genomes, expected = pde.ask(), reference.ask()
-            if len(expected) == 0:  # a front without room for children, retained without being evaluated again
-                break
             np.testing.assert_array_equal(genomes, expected)
             assert ours.bit_generator.state == theirs.bit_generator.state
             values = costs(genomes, space, generation)
             pde.tell(genomes, values)
             reference.tell(values)
+
+
+@pytest.mark.parametrize("front", [0.0, 0.5, 0.7])
+@pytest.mark.parametrize("costs", [conflicting, three_continuous, on_a_grid])
+def test_second_implementation_thins_the_front_alike(costs, front):
+    """Case 50."""
+    space = FeedForwardNetwork(2).space(SCENE)
+    objectives = costs(np.zeros((1, space.size)), space, 0).shape[1]
+    pde = PDE(space, 12, objectives, generator(), front=front)
+    reference = ReferencePDE(12, 2, generator(), front=front)
+    sizes = []
+    for generation in range(30):
+        genomes = pde.ask()
+        np.testing.assert_array_equal(genomes, reference.ask())
+        values = costs(genomes, space, generation)
+        pde.tell(genomes, values)
+        reference.tell(values)
+        sizes.append(reference.n_retained)
+    assert max(sizes) == reference.most  # it was thinned
 
 
 @pytest.mark.parametrize("costs", [paper_like, noisy, same_noise_for_all, noisy_whole_numbers])
@@ -175,7 +206,7 @@ def test_draws_in_the_order_of_its_docstring():
 def retained(costs, genomes=None, population=None, **options):
     """Return which of the first generation are in the second, by index."""
     costs = np.array(costs, dtype=float)
-    pde = PDE(ONE_GENE, len(costs), costs.shape[1], generator(), mutation_spread=1.0, **options)
+    pde = PDE(ONE_GENE, len(costs), costs.shape[1], generator(), **{"mutation_spread": 1.0, **options})
     if genomes is not None:
         pde.restore({**pde.state(), "genomes": np.array(genomes, dtype=float)[:, np.newaxis]})
     before = pde.ask()
@@ -205,7 +236,7 @@ def test_equal_costs_have_one_representative():
 
 
 def test_equal_genomes_have_one_representative():
-    assert retained([[1, 9], [2, 8], [3, 7], [4, 6], [5, 5]], genomes=[7, 7, 1, 2, 3]) == [0, 2, 3, 4]
+    assert retained([[1, 9], [2, 8], [3, 7], [4, 6], [5, 5]], genomes=[7, 7, 1, 2, 3], front=1.0) == [0, 2, 3, 4]
 
 
 def test_who_shares_with_no_representative_is_one():
@@ -235,6 +266,74 @@ def test_retained_are_the_front_of_the_distinct_or_three():
         got = retained(costs)
         assert [i for i in got if i in front] == front
         assert len(got) == max(3, len(front))
+
+
+# ---- a front that would fill the population --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("reevaluate", ["accumulate", "once", "renew"])
+@pytest.mark.parametrize("acceptance", ["always", "dominates"])
+@pytest.mark.parametrize("front", [0.0, 0.6, 1.0])
+@pytest.mark.parametrize("costs", [conflicting, three_continuous])
+def test_children_are_made_whatever_the_objectives(costs, front, acceptance, reevaluate):
+    """Case 50: every second individual may be on the front, and none is ever left without a child."""
+    for population in (4, 5, 30):
+        options = {"front": front, "acceptance": acceptance, "reevaluate": reevaluate}
+        pde = PDE(PAPER, population, costs(PAPER_ZERO, PAPER, 0).shape[1], generator(), **options)
+        seen = set()
+        for generation in range(30):
+            genomes = pde.ask()
+            new = {genome.tobytes() for genome in genomes} - seen
+            assert new, f"generation {generation}"
+            seen |= new
+            pde.tell(genomes, costs(genomes, PAPER, generation))
+
+
+def test_a_front_as_large_as_its_limit_is_left_alone():
+    line = [[i, 9 - i] for i in range(6)]
+    assert retained([*line, *[[9, 9]] * 4]) == list(range(6))
+    assert len(retained([*line, [6, 3], *[[9, 9]] * 3])) == 6
+
+
+def test_who_is_nearest_to_others_leaves_first():
+    #        0       1       2           3           4       5       6       7       8       9
+    costs = [[0, 9], [2, 7], [2.1, 6.9], [2.2, 6.8], [4, 5], [5, 4], [6, 3], [7, 2], [9, 0], [9, 9]]
+    assert retained(costs, front=0.8) == [0, 1, 3, 4, 5, 6, 7, 8]
+    assert retained(costs, front=0.7) == [0, 1, 4, 5, 6, 7, 8]
+
+
+def test_the_last_of_those_that_are_as_near_leaves_first():
+    assert retained([[i, 4 - i] for i in range(5)], front=0.8) == [0, 1, 2, 4]
+    assert retained([[4 - i, i] for i in range(5)], front=0.8) == [0, 1, 2, 4]
+
+
+def test_the_best_in_each_objective_stay():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        front = np.abs(rng.standard_normal((20, 3)))
+        front /= np.linalg.norm(front, axis=1, keepdims=True)
+        kept = front[retained(front, front=0.0)]  # three of them
+        np.testing.assert_array_equal(kept.min(axis=0), front.min(axis=0))
+
+
+def test_units_of_an_objective_do_not_matter_to_who_leaves():
+    costs = np.abs(np.random.default_rng(4).standard_normal((30, 3)))
+    costs /= np.linalg.norm(costs, axis=1, keepdims=True)
+    assert retained(costs * [1, 1024, 2**-20]) == retained(costs)
+
+
+def test_an_objective_that_is_the_same_on_the_whole_front_does_not_matter():
+    assert retained([[i, 4 - i, 7] for i in range(5)], front=0.8) == [0, 1, 2, 4]
+
+
+def test_the_papers_front_is_never_thinned():
+    """F2 has 16 values: no front in two objectives is larger, whatever F1 does."""
+    paper = config.load("paper")
+    ((name, options),) = paper.optimiser.items()
+    assert name == "pde"
+    largest = [[i, 15 - i] for i in range(16)]
+    costs = [*largest, *[[99, 99]] * (paper.evolution.population - 16)]
+    assert retained(costs, **{**options, "mutation_spread": 1.0}) == list(range(16))
 
 
 # ---- step 3.4: children ----------------------------------------------------------------------------------------------
@@ -375,18 +474,12 @@ def test_once_asks_for_children_alone():
     np.testing.assert_array_equal(state["cost_sums"][:3], FIRST[:3])
 
 
-def test_once_asks_for_everybody_where_there_are_no_children():
-    pde = PDE(ONE_GENE, 4, 2, generator(), reevaluate="once")
-    one_generation(pde, [[0, 3], [1, 2], [2, 1], [3, 0]])
-    assert len(pde.ask()) == 4
-
-
 @pytest.mark.parametrize(("acceptance", "survives"), [("always", True), ("dominates", False)])
 def test_acceptance_decides_on_children_that_do_not_dominate_their_main_parent(acceptance, survives):
-    pde = PDE(ONE_GENE, 4, 2, generator(), acceptance=acceptance, mutation_rate=1.0)
-    state = one_generation(pde, [[0, 4], [2, 2], [4, 0], [9, 9]])
+    pde = PDE(ONE_GENE, 5, 2, generator(), acceptance=acceptance, mutation_rate=1.0, front=1.0)
+    state = one_generation(pde, [[0, 4], [2, 2], [4, 0], [9, 9], [9, 9]])
     child, main = state["genomes"][3], state["main_parents"][3]
-    costs = np.array([[0, 4], [2, 2], [4, 0], [0, 0]], dtype=float)
+    costs = np.array([[0, 4], [2, 2], [4, 0], [0, 0], [9, 9]], dtype=float)
     costs[3] = costs[main] + [-0.5, 0.5]  # better in one, worse in the other
     state = one_generation(pde, costs)
     assert (child in state["genomes"]) == survives
@@ -410,6 +503,7 @@ def test_acceptance_keeps_a_child_that_dominates_its_main_parent():
         ({"mutation_rate": "1 %"}, "mutation_rate: expected a number from 0 to 1, got '1 %'"),
         ({"mutation_spread": -1.0}, "mutation_spread: expected a number of at least 0, got -1.0"),
         ({"mutation_spread": float("inf")}, "mutation_spread: expected a number of at least 0, got inf"),
+        ({"front": 1.5}, "front: expected a number from 0 to 1, got 1.5"),
         ({"reevaluate": "never"}, "reevaluate: expected one of accumulate, once, renew, got 'never'"),
         ({"acceptance": "maybe"}, "acceptance: expected one of always, dominates, got 'maybe'"),
     ],

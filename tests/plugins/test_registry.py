@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from swarmevo import plugins
+from swarmevo import config, plugins
 from swarmevo.config import Config
-from swarmevo.errors import PluginError
+from swarmevo.errors import ConfigError, PluginError
 from swarmevo.protocols import Block, GenomeSpace
 
 Install = Callable[..., Path]
@@ -179,11 +179,14 @@ def test_a_missing_option(distribution: Install) -> None:
 
 def test_a_value_that_the_factory_refuses(distribution: Install) -> None:
     optimiser(distribution, "climber", "climber:Climber", CLIMBER)
-    message = r"^optimiser\.climber\.spread: expected a number above 0, got -1 \(refused by hills 1\.2\)$"
+    message = r"^optimiser\.climber\.spread: expected a number above 0, got -1.0 \(refused by hills 1\.2\)$"
     with pytest.raises(PluginError, match=message):
         make("climber", spread=-1)
-    with pytest.raises(PluginError, match=r"^optimiser\.climber: TypeError: '<' not supported .* \(refused by hills"):
-        make("climber", spread="wide")
+    optimiser(distribution, "any_climber", "any_climber:Climber", CLIMBER.replace(": float", ""), "dales")
+    with pytest.raises(
+        PluginError, match=r"^optimiser\.any_climber: TypeError: '<' not supported .* \(refused by dales"
+    ):
+        make("any_climber", spread="wide")
 
 
 def test_a_factory_that_takes_any_option(distribution: Install) -> None:
@@ -198,6 +201,115 @@ def test_a_factory_that_does_not_take_what_the_host_gives(distribution: Install)
         make("climber")
 
 
+# ---- annotations -----------------------------------------------------------------------------------------------------
+
+TYPED = """
+from __future__ import annotations
+from typing import TYPE_CHECKING, Literal, Optional
+if TYPE_CHECKING:
+    from nowhere import Space
+class Typed:
+    def __init__(
+        self, space: Space, population, objectives, rng, *,
+        s: str = "", f: float = 0.0, i: int = 0, b: bool = False, o: Optional[str] = None, u: float | str = 0.0,
+        l: list[str] = [], t: tuple[int, str] = (0, ""), d: dict[str, float] = {}, c: Literal["on", "off"] = "on",
+        n: int = None, a: Space = None, free=None, **more: str
+    ):
+        given = dict(locals(), **more)
+        self.given = {name: given[name] for name in given if name not in ("self", "more")}
+    def ask(self): ...
+    def tell(self, genomes, costs): ...
+    def state(self): ...
+    def restore(self, state): ...
+"""
+
+
+@pytest.fixture
+def typed(distribution: Install) -> Callable[[str], dict[str, Any]]:
+    """Return a function that gives options in YAML to a plugin with annotations; it returns what arrived."""
+    optimiser(distribution, "typed", "typed:Typed", TYPED)
+
+    def arrive(options: str) -> dict[str, Any]:
+        loaded = config.load(None, [f"optimiser={{typed: {options}}}"], plugins.option_errors, plugins.settled_options)
+        stored = config.load(None, config.as_overrides({"optimiser": loaded.optimiser}))
+        assert stored.optimiser == loaded.optimiser
+        given: dict[str, Any] = make("typed", **loaded.optimiser["typed"]).given
+        return given
+
+    return arrive
+
+
+@pytest.mark.parametrize(
+    ("option", "arrives"),
+    [
+        *[(f"s: {text}", text) for text in ("1e5", "off", "010", "1_000", ".inf", "YES", "-0", "0x1f")],
+        ("f: 1", 1.0),
+        ("f: 1e5", 100000.0),
+        ("i: 010", 10),
+        ("b: off", False),
+        ("o: null", None),
+        ("o: off", "off"),
+        ("u: 1e5", 100000.0),
+        ("u: off", "off"),
+        ("l: [1e5, off, a]", ["1e5", "off", "a"]),
+        ("t: [1, 1e5]", (1, "1e5")),
+        ("d: {a: 1, off: 2}", {"a": 1.0, "off": 2.0}),
+        ("c: off", "off"),
+        ("n: null", None),
+        ("a: 1e5", 100000.0),
+        ("free: [off, 1e5]", [False, 100000.0]),
+        ("other: 1e5", "1e5"),
+    ],
+)
+def test_an_option_is_of_the_annotated_type(typed: Any, option: str, arrives: object) -> None:
+    """Case 71: text is text as it is written; else YAML's reading counts."""
+    found = typed(f"{{{option}}}")[option.split(":")[0]]
+    assert (found, type(found)) == (arrives, type(arrives))
+
+
+@pytest.mark.parametrize(
+    ("option", "problem"),
+    [
+        ("f: wide", "expected a number, got 'wide'"),
+        ("f: true", "expected a number, got true"),
+        ("i: 1.0", "expected a whole number, got 1.0"),
+        ("b: 1", "expected true or false, got 1"),
+        ("s: null", "expected text, got nothing"),
+        ("s: [a]", "expected text, got ['a']"),
+        ("u: [1]", "expected a number or text, got [1]"),
+        ("l: a", "expected a list, got 'a'"),
+        ("l: [a, [b]]", "expected text at [1], got ['a', ['b']]"),
+        ("c: maybe", "expected 'on' or 'off', got 'maybe'"),
+        ("f: null", "expected a number, got nothing"),
+    ],
+)
+def test_an_option_of_another_type_is_refused(typed: Any, option: str, problem: str) -> None:
+    """Case 71."""
+    with pytest.raises(ConfigError) as caught:
+        typed(f"{{{option}}}")
+    assert caught.value.errors == (f"optimiser.typed.{option.split(':')[0]}: {problem} (annotated so in hills 1.2)",)
+
+
+def test_an_option_is_a_copy(distribution: Install) -> None:
+    """Case 59: a factory that changes its list changes nothing in the configuration that is stored."""
+    optimiser(distribution, "typed", "typed:Typed", TYPED)
+    given = {"l": ["a"], "free": [1]}
+    made = make("typed", **given).given
+    made["l"].append("b")
+    made["free"].append(2)
+    assert given == {"l": ["a"], "free": [1]}
+
+
+@pytest.mark.parametrize("name", ["1e5", "off", "010"])
+@pytest.mark.parametrize("form", ["{}", "{{{}: }}", "[{}]", "{{{}: {{spread: 2}}}}"])
+def test_a_plugins_name_is_text(distribution: Install, name: str, form: str) -> None:
+    """Case 71: whatever YAML makes of it."""
+    optimiser(distribution, name, "climber:Climber", CLIMBER)
+    found = config.load(None, [f"optimiser={form.format(name)}"], plugins.option_errors)
+    assert list(found.optimiser) == [name]
+    assert config.load(None, config.as_overrides({"optimiser": found.optimiser})) == found
+
+
 # ---- a configuration's plugins ---------------------------------------------------------------------------------------
 
 
@@ -208,7 +320,7 @@ def test_the_default_plugins_are_sound() -> None:
 
 
 def test_everything_wrong_with_the_plugins_comes_at_once() -> None:
-    config = Config.model_validate(
+    settings = Config.model_validate(
         {
             "controller": {"feedforward": {"hidden": 0}},
             "fitness": {"box_pushing": {"sum_cover": "motion"}, "hiden_neurons": {}},
@@ -216,7 +328,7 @@ def test_everything_wrong_with_the_plugins_comes_at_once() -> None:
             "evolution": {"population": 30},
         }
     )
-    found = plugins.option_errors(config)
+    found = plugins.option_errors(settings)
     assert [line.split(":")[0] for line in found] == [
         "controller.feedforward.hidden",
         "fitness.box_pushing.sum_cover",

@@ -65,8 +65,8 @@ def short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs get every configuration with a small budget."""
     load = config.load
 
-    def load_short(source: str | Path | None, overrides: Any = (), check: Any = None) -> Config:
-        return load(source, [*overrides, *SHORT], check)
+    def load_short(*arguments: Any) -> Config:
+        return config.changed(load(*arguments), SHORT)
 
     monkeypatch.setattr(config, "load", load_short)
 

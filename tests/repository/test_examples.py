@@ -41,9 +41,7 @@ def test_there_are_examples() -> None:
 @pytest.mark.parametrize("notebook", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.name)
 def test_a_notebook_runs_and_shows_its_objects(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     load = config.load
-    monkeypatch.setattr(
-        config, "load", lambda source, overrides=(), check=None: load(source, [*overrides, *SHORT], check)
-    )
+    monkeypatch.setattr(config, "load", lambda *arguments: config.changed(load(*arguments), SHORT))
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
     shown = 0

@@ -9,26 +9,24 @@ import json
 import math
 import re
 import shutil
-import sqlite3
 import subprocess
 from collections.abc import Callable
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import seals
 import toy_plugins
 from conftest import installer
 from swarmevo import cli, simulation
 from swarmevo import config as configuration
 from swarmevo.config import Config
-from swarmevo.errors import ExportError, StoreError
+from swarmevo.errors import ConfigError, ExportError, StoreError
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FeedForward, FloatArray
+from swarmevo.protocols import FeedForward, FloatArray, Objective
 from swarmevo.runs import export
-from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
 from swarmevo.simulation._ffi import load
@@ -252,9 +250,7 @@ def test_a_network_without_hidden_units_is_c_too(folder: Path, tmp_path: Path) -
     with Store.open(folder) as store:
         genes = store.genome(1)
     genes[-2:] = 0.0  # both switches off
-    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
-        database.execute("UPDATE genome SET genes = ? WHERE id = 1", (genes.tobytes(),))
-        database.commit()
+    seals.change(folder, "UPDATE genome SET genes = ? WHERE id = 1", genes.tobytes())
     with Store.open(folder) as store:
         (network,) = export.networks(Team(store.config), genes)
         source = export.source(store, 1, "epuck") + EPUCK_MAIN
@@ -358,6 +354,14 @@ def test_each_robot_has_its_controller(tmp_path: Path) -> None:
     assert "robot 1 of the run" in sources[1]
 
 
+def test_all_robots_may_have_one_controller(tmp_path: Path) -> None:
+    """Case 33: then there is no other robot to choose."""
+    with Store.open(network_run(tmp_path / "run", {"hidden": 3})) as store:
+        export.source(store, 1, "epuck", 0)
+        with pytest.raises(ExportError, match="robot: expected 0, for all robots have the same genome, got 1"):
+            export.source(store, 1, "epuck", 1)
+
+
 def test_a_name_cannot_get_into_the_code(tmp_path: Path) -> None:
     folder = network_run(tmp_path / "x*\u2044 $hidden\n${title}#error", {"hidden": 2})
     with Store.open(folder) as store:
@@ -394,10 +398,51 @@ def test_the_command(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture
     assert call("--controller", 2, "--as", "epuck", "--out", file) == (0, "", "")
     assert "swarmevo_step" in file.read_text()
     code, _, err = call("--csv", "--out", file)
-    assert (code, err) == (1, f"error: {file}: File exists\n")
+    assert (code, err) == (1, f"error: {file}: exists already and is never overwritten; choose another name\n")
     for wrong in ([], ["--csv", "--json"], ["--controller", 1, "--as", "c++"]):
         code, _, err = call(*wrong)
         assert code == 2
         assert "expected" in err
     code, _, err = call("--controller", 999, "--out", tmp_path / "other")
     assert (code, (tmp_path / "other").exists()) == (1, False)
+
+
+@pytest.mark.parametrize("name", [*export.BEFORE, "push_time", "homing_time_1", "hash", *export.AFTER])
+def test_an_objective_with_the_name_of_a_column_is_refused(tmp_path: Path, name: str) -> None:
+    """Cases 24 and 51: before a folder is made, whichever column it is."""
+    settings = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": f"named {name}"}})
+    with pytest.raises(ConfigError, match=f"^objective {name}: expected another name than that of a column"):
+        begin(tmp_path / "run", settings)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("=1+1", "'=1+1"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("-2+3", "'-2+3"),
+        ("+cmd", "'+cmd"),
+        ("\t=1", r"\t=1"),
+        ("a\r\n=1\x1b[2J", r"a\r\n=1\x1b[2J"),
+        ("plain, text", "plain, text"),
+    ],
+)
+def test_text_in_a_csv_is_no_formula(folder: Path, monkeypatch: pytest.MonkeyPatch, text: str, cell: str) -> None:
+    """Case 26: headings and faults; numbers stay numbers."""
+    monkeypatch.setattr(export, "columns", lambda store: {text: ""})
+    monkeypatch.setattr(export, "episodes", lambda store: iter([(-1.5, text, None)]))
+    out = io.StringIO()
+    with Store.open(folder) as store:
+        export.write_csv(store, out)
+    assert list(csv.reader(io.StringIO(out.getvalue()))) == [[cell], ["-1.5", cell, ""]]
+
+
+def test_every_heading_of_a_csv_has_a_cell(folder: Path) -> None:
+    """Case 51: the names that are refused come from the columns that are written."""
+    with Store.open(folder) as store:
+        named = export.columns(store)
+        assert all(len(row) == len(named) for row in export.episodes(store))
+        for name in set(named) - {objective.name for objective in store.objectives}:
+            with pytest.raises(ExportError):
+                export.check_names([Objective(name, "minimise", (0.0, 1.0))], store.robots)

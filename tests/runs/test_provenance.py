@@ -10,15 +10,18 @@ import numpy as np
 import pytest
 
 import swarmevo
+from swarmevo import plugins
 from swarmevo.runs import provenance as module
 from swarmevo.runs.provenance import provenance
 
 
 def test_provenance_names_what_a_result_may_depend_on() -> None:
-    origin = provenance("seed: 1\n", ["optimiser.pde (swarmevo 1.0, a:B)"], {"build": "ODE 0.16"})
+    pde = plugins.find("optimiser", "pde")
+    origin = provenance("seed: 1\n", [pde], {"build": "ODE 0.16"})
     assert origin["swarmevo"] == swarmevo.__version__
     assert origin["config_sha256"] == hashlib.sha256(b"seed: 1\n").hexdigest()
-    assert origin["plugins"] == ["optimiser.pde (swarmevo 1.0, a:B)"]
+    assert origin["plugins"] == [f"optimiser.pde (swarmevo {swarmevo.__version__}, swarmevo_paper.pde:PDE)"]
+    assert origin["plugin_files"] == {"optimiser.pde": pde.files}
     assert origin["library"] == {"build": "ODE 0.16", "sha256": None}
     assert (origin["python"], origin["numpy"]) == (sys.version, np.__version__)
     assert origin["cpu"]

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import seals
 import toy_plugins
 from conftest import installer
 from swarmevo import config as configuration
@@ -32,10 +33,10 @@ from swarmevo.evolution.loop import Progress
 from swarmevo.evolution.results import Results, joined
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins.team import never
-from swarmevo.runs import driver, provenance, store
+from swarmevo.runs import driver, files, provenance
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.driver import begin, evolve, extend
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 
 BUDGET = {"generations": 6, "population": 6, "trials": 2, "repeats": 2, "seed": 7}
@@ -216,8 +217,18 @@ def test_a_kept_episode_of_another_genome_is_not_used(tmp_path: Path, whole: Con
     folder = start(tmp_path / "run")
     with pytest.raises(Interrupted):
         go_on(folder, stop=StopAt(5), backend=OneByOne)
+    seals.change(folder, "UPDATE in_flight SET genome = x'00', objective_0 = 1e9")
+    go_on(folder)
+    assert content(folder) == whole
+
+
+def test_a_kept_episode_that_is_damaged_is_run_again(tmp_path: Path, whole: Content) -> None:
+    """Case 3."""
+    folder = start(tmp_path / "run")
+    with pytest.raises(Interrupted):
+        go_on(folder, stop=StopAt(5), backend=OneByOne)
     with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
-        database.execute("UPDATE in_flight SET genome = x'00', objective_0 = 1e9")
+        database.execute("UPDATE in_flight SET objective_0 = 1e9")
         database.commit()
     go_on(folder)
     assert content(folder) == whole
@@ -311,7 +322,7 @@ def test_a_kill_while_a_run_is_extended_leaves_the_old_length_or_the_new(
 
     def extend_and_die() -> None:
         if moment == "before the file":
-            monkeypatch.setattr(store, "write_atomically", die)
+            monkeypatch.setattr(files, "write", die)
         elif moment == "in the file":
             monkeypatch.setattr(os, "fsync", die)
         elif moment == "before the rename":
@@ -327,7 +338,7 @@ def test_a_kill_while_a_run_is_extended_leaves_the_old_length_or_the_new(
         assert configuration.load(folder / CONFIG_FILE).evolution.generations == expected
     assert extended(folder, "7") == 7
     with Store.open(folder) as opened:
-        assert opened.config_is_intact
+        assert opened.config.evolution.generations == 7
 
 
 # ---- somebody else, no room, no right --------------------------------------------------------------------------------
@@ -390,10 +401,10 @@ def test_a_tiny_file_system_ends_the_run_with_one_line_and_loses_nothing(tmp_pat
 def test_a_run_of_an_older_schema_is_told_so_and_left_alone(tmp_path: Path) -> None:
     folder = start(tmp_path / "run")
     with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
-        database.execute("PRAGMA user_version = 1")
+        database.execute("PRAGMA user_version = 2")
     before = (folder / DATABASE_FILE).read_bytes()
     for readonly in (True, False):
-        with pytest.raises(StoreError, match="expected schema version 2, got 1; use an older swarmevo for this run"):
+        with pytest.raises(StoreError, match="expected schema version 3, got 2; use an older swarmevo for this run"):
             Store.open(folder, readonly=readonly)
     assert (folder / DATABASE_FILE).read_bytes() == before
 
@@ -431,9 +442,7 @@ def test_seconds_are_those_of_all_sessions(tmp_path: Path) -> None:
     folder = start(tmp_path / "run")
     with pytest.raises(Interrupted):
         go_on(folder, stop=StopAt(6), backend=OneByOne)
-    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
-        database.execute("UPDATE in_flight SET seconds = 1000.0")
-        database.commit()
+    seals.change(folder, "UPDATE in_flight SET seconds = 1000.0")
     go_on(folder)
     with Store.open(folder) as opened:
         assert opened.generation(0, 0).episodes.seconds > 1000

@@ -6,6 +6,7 @@ import fcntl
 import json
 import multiprocessing
 import os
+import shutil
 import signal
 import sqlite3
 import tempfile
@@ -23,7 +24,7 @@ from swarmevo.evolution.results import Generation
 from swarmevo.evolution.state import decode_state, encode_state
 from swarmevo.protocols import Objective
 from swarmevo.runs.database import DATABASE_FILE
-from swarmevo.runs.reader import CONFIG_FILE
+from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.schema import SCHEMA_VERSION
 from swarmevo.runs.store import LOCK_FILE, PROVENANCE_FILE, Store
 
@@ -180,6 +181,15 @@ def test_equal_genomes_are_stored_once(store: Store) -> None:
         store.genome(4)
 
 
+def test_genomes_leave_little_of_their_pages_empty(store: Store) -> None:
+    """Case 14: one genome of the paper's size a page, 4,228 bytes for each individual, of which 2,648 are genes."""
+    content = generation(600, repeats=1)
+    genomes = np.random.default_rng(0).standard_normal((600, 331))
+    before = (store.folder / DATABASE_FILE).stat().st_size
+    store.append(0, 0, Generation(genomes, content.episodes), "{}")
+    assert (store.folder / DATABASE_FILE).stat().st_size - before < 600 * 3100
+
+
 @pytest.mark.parametrize("number", [0, 2])
 def test_generations_follow_one_another(store: Store, number: int) -> None:
     store.append(0, 0, generation(), "{}")
@@ -212,10 +222,20 @@ def test_a_generation_is_stored_without_reading_all_before_it(connections: Conne
     database = connections[-1]
     with traced(database) as statements:
         store.append(0, 0, generation(), encode_state({}))
-    written = [s for s in statements if s.startswith(("INSERT", "UPDATE", "DELETE", "REPLACE"))]
-    plans = [row[3] for s in written for row in database.execute(f"EXPLAIN QUERY PLAN {s}")]
-    assert any("SEARCH episode" in plan for plan in plans)
+    said = [s for s in statements if s.startswith(("SELECT", "INSERT", "UPDATE", "DELETE", "REPLACE"))]
+    plans = [row[3] for s in said for row in database.execute(f"EXPLAIN QUERY PLAN {s}")]
+    assert any("SEARCH genome" in plan for plan in plans)
     assert not any(plan.startswith("SCAN") and "in_flight" not in plan for plan in plans)
+
+
+def test_the_next_generation_is_known_without_counting_those_before_it(connections: Connections, store: Store) -> None:
+    """Case 64: it is asked for with every job whose episodes are kept."""
+    store.append(0, 0, generation(), "{}")
+    with traced(connections[-1]) as statements:
+        assert store.generations(0) == 1
+    (query,) = statements
+    assert "MAX(number)" in query  # of a primary key, which SQLite looks up
+    assert store.generations(1) == 0
 
 
 def test_a_generation_survives_a_power_failure_and_what_is_kept_need_not(
@@ -479,17 +499,225 @@ def test_a_truncated_database_is_refused(folder: Path) -> None:
     assert_refused(folder, "is damaged", readonly=False)
 
 
-def test_a_damaged_state_is_one_line(folder: Path) -> None:
-    _execute(folder, "UPDATE optimiser SET state = '{'")
-    with Store.open(folder) as store, pytest.raises(StoreError, match="state of trial 0 is damaged"):
-        store.state(0)
+@pytest.mark.parametrize(
+    ("statement", "told"),
+    [
+        ("UPDATE optimiser SET state = '{\"after\": 1}'", "the optimiser's state of trial 0"),
+        ("UPDATE optimiser SET generation = 1", "the optimiser's state of trial 0"),
+        ("UPDATE episode SET hash = hash + 1 WHERE (generation, individual, repeat) = (1, 7, 0)", "generation 1 of"),
+        ("UPDATE episode SET push_time = NULL WHERE generation = 2", "generation 2 of trial 0"),
+        ("UPDATE episode SET session = 2 WHERE generation = 2", "generation 2 of trial 0"),
+        ("UPDATE genome SET sha256 = randomblob(32) WHERE id = 300", "generation 1 of trial 0"),
+        ("UPDATE generation SET number = 3 WHERE number = 2", "generation 2 of trial 0"),
+        ("UPDATE session SET provenance = '{}'", "the provenance of session 1"),
+    ],
+)
+def test_what_is_not_as_it_was_stored_is_refused_where_it_is_read(folder: Path, statement: str, told: str) -> None:
+    """Cases 3 and 4: a checksum over all of a generation, and one over each state, that every reader checks."""
+    _execute(folder, statement)
+    for read in (Store.state, Store.totals, Store.individuals, lambda store, trial: store.generation(trial, 0)):
+        with Store.open(folder) as store, pytest.raises(StoreError, match=f"is damaged: {told}") as error:
+            read(store, 0)
+        assert "\n" not in str(error.value)
+    assert_refused(folder, "is damaged", readonly=False)
 
 
-def test_a_run_whose_configuration_was_changed_can_be_read_but_not_continued(folder: Path) -> None:
-    (folder / CONFIG_FILE).write_text("seed: 2\n")
-    assert_refused(folder, r"config\.yaml was changed since the run began", readonly=False)
+@pytest.mark.parametrize("readonly", [True, False])
+@pytest.mark.parametrize(
+    "statement", ["UPDATE run SET seed = seed - 1", "UPDATE objective SET high = 3.0", "UPDATE run SET robots = 2"]
+)
+def test_a_run_with_another_seed_or_range_is_refused(folder: Path, statement: str, readonly: bool) -> None:
+    """Case 3."""
+    _execute(folder, statement)
+    assert_refused(folder, "is damaged: what is known of the whole run is not as it was stored", readonly)
+
+
+def test_a_genome_that_was_changed_is_refused_where_it_is_read(folder: Path) -> None:
+    """Case 4: each genome has its SHA-256; whoever reads no genes need not read them all."""
+    _execute(folder, "UPDATE genome SET genes = zeroblob(40) WHERE id = 7")
     with Store.open(folder) as store:
-        assert store.generations(0) == 3
+        assert store.totals().genomes == 600
+        assert store.genome(8).any()
+        for read in (lambda: store.genome(7), lambda: store.generation(0, 0)):
+            with pytest.raises(StoreError, match="is damaged: genome 7 is not as it was stored"):
+                read()
+        assert store.damage() == ["genome 7"]
+
+
+def test_checksums_have_no_sign_of_zero(store: Store) -> None:
+    """SQLite stores -0.0 as 0."""
+    content = generation()
+    content.episodes["objective"][:] = -0.0
+    store.append(0, 0, content, "{}")
+    store.close()
+    with Store.open(store.folder) as again:
+        assert again.damage() == []
+        assert not again.individuals().objectives.any()
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+def test_a_run_whose_configuration_was_changed_is_refused(folder: Path, readonly: bool) -> None:
+    """Case 54: nobody reads a configuration that is not the run's."""
+    (folder / CONFIG_FILE).write_text("seed: 2\n")
+    assert_refused(folder, r"config\.yaml: was changed since the run began; undo that, or restore it", readonly)
+    (folder / CONFIG_FILE).unlink()
+    assert_refused(folder, r"config\.yaml: No such file", readonly)
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+@pytest.mark.parametrize(
+    ("statement", "named"),
+    [
+        ("CREATE VIEW evil AS SELECT 1", "view 'evil'"),
+        ("CREATE TRIGGER evil AFTER INSERT ON generation BEGIN DELETE FROM episode; END", "trigger 'evil'"),
+        ("CREATE INDEX evil ON episode (hash)", "index 'evil'"),
+        ("CREATE TABLE evil (a)", "table 'evil'"),
+        ("DROP TABLE session", "table 'session'"),
+        ("ALTER TABLE episode DROP COLUMN push_time", "table 'episode'"),
+    ],
+)
+def test_other_tables_than_ours_are_refused(folder: Path, statement: str, named: str, readonly: bool) -> None:
+    """Case 13."""
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:  # foreign keys are off
+        database.execute(statement)
+    assert_refused(folder, f"{named} is missing, foreign or damaged", readonly)
+
+
+@pytest.mark.parametrize("table", ["run", "objective", "session", "generation", "episode", "genome"])
+def test_a_view_without_an_end_is_never_read(folder: Path, table: str) -> None:
+    """Case 13: every command hung."""
+    endless = "WITH RECURSIVE n (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n"
+    with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
+        database.execute("PRAGMA legacy_alter_table = ON")
+        database.execute(f"ALTER TABLE {table} RENAME TO hidden")
+        database.execute(f"CREATE VIEW {table} AS {endless}")
+    for readonly in (True, False):
+        with pytest.raises(StoreError, match="is missing, foreign or damaged"):
+            Store.open(folder, readonly=readonly)
+
+
+@pytest.mark.parametrize("number", [10**20, -(10**20), 2**63])
+def test_a_number_that_is_too_large_is_just_not_there(folder: Path, number: int) -> None:
+    """Case 66: it was called damage."""
+    with Store.open(folder) as store:
+        with pytest.raises(StoreError, match=f"there is no genome {number}"):
+            store.genome(number)
+        with pytest.raises(StoreError, match=f"there is no generation {number} of trial 0"):
+            store.generation(0, number)
+        with pytest.raises(StoreError, match=f"there is no generation 0 of trial {number}"):
+            store.sessions(number, 0)
+        assert store.totals(number).generations == 0
+
+
+# ---- folders that are lost while they are written --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("lost", ["deleted", "moved", "replaced", "folder deleted", "folder moved"])
+def test_a_database_that_is_gone_is_noticed(store: Store, lost: str) -> None:
+    """Cases 2 and 73: the operating system lets a process write a file that has no name any more."""
+    store.append(0, 0, generation(), "{}")
+    path, elsewhere = store.folder / DATABASE_FILE, store.folder.with_name("elsewhere")
+    if lost == "deleted":
+        path.unlink()
+    elif lost == "moved":
+        path.rename(elsewhere)
+    elif lost == "replaced":
+        shutil.copy(path, elsewhere)
+        elsewhere.replace(path)
+    elif lost == "folder deleted":
+        shutil.rmtree(store.folder)
+    else:
+        store.folder.rename(elsewhere)
+    told = r"run\.sqlite was deleted, moved or replaced while the run was writing it; if it was moved, resume it there$"
+    for write in (store.append, store.keep):
+        with pytest.raises(StoreError, match=told):
+            write(
+                0,
+                1,
+                *((generation(), "{}") if write == store.append else (generation().genomes, generation().episodes)),
+            )
+    store.close()
+    if lost == "folder moved":
+        with Store.open(elsewhere, readonly=False) as moved:
+            assert_equal(moved.generation(0, 0), generation())
+            moved.append(0, 1, generation(), "{}")
+
+
+def test_a_folder_that_became_a_file_is_one_line(store: Store) -> None:
+    """Case 2."""
+    store.folder.rename(store.folder.with_name("elsewhere"))
+    store.folder.write_text("")
+    with pytest.raises(StoreError, match=r"run\.sqlite cannot be reached any more: Not a directory$"):
+        store.append(0, 0, generation(), "{}")
+
+
+def test_a_database_that_was_truncated_is_noticed(store: Store) -> None:
+    """Case 2."""
+    store.append(0, 0, generation(), "{}")
+    os.truncate(store.folder / DATABASE_FILE, 20_000)
+    with pytest.raises(StoreError, match=r"run\.sqlite was truncated while the run was writing it; restore it"):
+        store.append(0, 1, generation(), "{}")
+
+
+def test_the_lock_of_a_run_at_the_old_place_stays(store: Store) -> None:
+    """Case 73: the folder was moved away, and another run was begun in its place."""
+    store.folder.rename(store.folder.with_name("elsewhere"))
+    with make(store.folder) as other:
+        store.close()
+        with pytest.raises(StoreError, match="is writing it"):
+            Store.open(other.folder, readonly=False)
+
+
+def test_the_database_alone_holds_all_generations(store: Store, tmp_path: Path) -> None:
+    """Case 5: a killed run was copied without its write-ahead log."""
+    store.append(0, 0, generation(), "{}")
+    store.append(0, 1, generation(seed=1), "{}")
+    third = generation(seed=2)
+    store.keep(0, 2, third.genomes, third.episodes)
+    assert Path(f"{store.folder / DATABASE_FILE}-wal").stat().st_size > 0
+    copy = tmp_path / "copy"
+    copy.mkdir()
+    for name in (CONFIG_FILE, PROVENANCE_FILE, DATABASE_FILE):
+        shutil.copy(store.folder / name, copy)
+    with Store.open(copy) as found:
+        assert found.generations(0) == 2
+        assert_equal(found.generation(0, 1), generation(seed=1))
+        assert len(found.in_flight(0, 2, third.genomes)) == 0
+
+
+def test_a_reader_in_the_way_keeps_the_log_only_until_it_is_gone(
+    connections: Connections, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 5."""
+    monkeypatch.setattr("swarmevo.runs.store._PATIENCE", 0.0)
+    log = Path(f"{store.folder / DATABASE_FILE}-wal")
+    store.append(0, 0, generation(), "{}")
+    assert log.stat().st_size == 0
+    with Store.open(store.folder):
+        cursor = connections[-1].execute("SELECT * FROM episode")
+        cursor.fetchone()
+        store.append(0, 1, generation(seed=1), "{}")
+        assert log.stat().st_size > 0
+        cursor.fetchall()
+        content = generation(seed=2)
+        store.keep(0, 2, content.genomes, content.episodes)
+        assert log.stat().st_size == 0
+
+
+def test_a_run_that_was_killed_is_brought_into_its_database_when_it_goes_on(tmp_path: Path) -> None:
+    """Case 5."""
+
+    def write_and_die() -> None:
+        with make(tmp_path / "run") as store:
+            store._settle_wal = lambda patience: os.kill(os.getpid(), signal.SIGKILL)  # type: ignore[method-assign]
+            store.append(0, 0, generation(), "{}")
+
+    assert in_child(write_and_die) == -signal.SIGKILL
+    log = Path(f"{tmp_path / 'run' / DATABASE_FILE}-wal")
+    assert log.stat().st_size > 0
+    with Store.open(tmp_path / "run", readonly=False) as store:
+        assert store.generations(0) == 1
+        assert log.stat().st_size == 0
 
 
 def test_a_full_disk_costs_one_generation(connections: Connections, store: Store) -> None:

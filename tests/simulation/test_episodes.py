@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 from __future__ import annotations
 
+import copy
 import ctypes
 import math
+import pickle
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from forks import in_a_fork
 from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import InvalidArgument
@@ -252,7 +255,7 @@ def test_robots_start_in_centred_rows(robots: int, size: float, rows: list[int])
 def test_same_bits_on_any_number_of_threads_in_any_order_and_division() -> None:
     scene, policies = Scene(short()), networks(12)
     reference = simulate(scene, policies, keys(12), cloned(12), CHANNELS)
-    for threads in (2, 8):
+    for threads in (0, 2, 8):
         assert np.array_equal(simulate(scene, policies, keys(12), cloned(12), (), threads).hash, reference.hash)
     backwards = simulate(scene, policies, keys(12)[::-1], cloned(12)[::-1], CHANNELS, 2)
     assert np.array_equal(backwards.hash[::-1], reference.hash)
@@ -368,9 +371,9 @@ def test_a_compiled_function_takes_the_networks_place() -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda p: {"input_hidden": p.input_hidden * np.nan}, "finite weights, got nan"),
-        (lambda p: {"input_hidden": p.input_hidden[:, :, :13]}, "input_hidden: expected shape"),
-        (lambda p: {"hidden_output": p.hidden_output[:, :1]}, "hidden_output: expected shape"),
+        (lambda p: {"input_hidden": p.input_hidden * np.nan}, "input_hidden: expected finite numbers, got nan"),
+        (lambda p: {"input_hidden": p.input_hidden[:, :, :13]}, "input_hidden: expected an array of shape"),
+        (lambda p: {"hidden_output": p.hidden_output[:, :1]}, "hidden_output: expected an array of shape"),
     ],
 )
 def test_bad_weights_are_one_clear_error(spoil: Any, message: str) -> None:
@@ -392,8 +395,8 @@ def test_bad_calls_are_one_clear_error() -> None:
         simulate(scene, networks(2), keys(2), cloned(2).astype(int) - 1)
     with pytest.raises(InvalidArgument, match=r"robot_policies: expected 0 <= index < 2\*\*32, got 4294967296"):
         simulate(scene, networks(2), keys(2), cloned(2) + np.int64(2**32))
-    with pytest.raises(InvalidArgument, match="threads"):
-        simulate(scene, networks(2), keys(2), cloned(2), threads=0)
+    with pytest.raises(InvalidArgument, match="threads: expected 0 to 1024, got -1"):
+        simulate(scene, networks(2), keys(2), cloned(2), threads=-1)
     with pytest.raises(InvalidArgument, match="0 <= seed"):
         simulate(scene, networks(1), [EpisodeKey(-1, 0, 0, 0)], cloned(1))
     with pytest.raises(InvalidArgument, match="below 65536"):
@@ -448,3 +451,22 @@ def test_observation_and_command_sizes_are_the_headers() -> None:
     _, lib = load()
     assert lib.SWE_OBSERVATIONS == OBSERVATIONS
     assert lib.SWE_COMMANDS == COMMANDS
+
+
+# ---- other processes -------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_pickles_by_its_config() -> None:
+    """Case 74: the same episodes there."""
+    scene = Scene(short(1.0))
+    for copied in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene)):
+        assert copied.info == scene.info
+        hashes = [simulate(world, networks(2), keys(2)).hash.tolist() for world in (scene, copied)]
+        assert hashes[0] == hashes[1]
+
+
+def test_a_fork_simulates() -> None:
+    """Case 74: with threads of its own."""
+    scene = Scene(short(1.0))
+    here = simulate(scene, networks(4), keys(4), threads=3).hash.tolist()
+    assert in_a_fork(lambda: simulate(scene, networks(4), keys(4), threads=3).hash.tolist()) == repr(here)

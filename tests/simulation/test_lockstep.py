@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from forks import in_a_fork
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, InvalidArgument, SimulatorError
 from swarmevo.protocols import CHANNELS, Compiled, FeedForward, FloatArray
@@ -118,7 +119,7 @@ def test_a_world_depends_neither_on_the_others_nor_on_threads() -> None:
     commands = random_commands(8)
     with Lockstep(SCENE, worlds=8, threads=1) as world:
         expected = hashes_after(world, commands)
-    with Lockstep(SCENE, worlds=8, threads=3) as world:
+    with Lockstep(SCENE, worlds=8, threads=0) as world:
         assert hashes_after(world, commands) == expected
     with Lockstep(SCENE, worlds=1) as world:
         assert hashes_after(world, commands[:, :1]) == expected[:1]
@@ -322,7 +323,7 @@ def test_wrong_worlds_are_one_clear_error_and_none_is_reset(worlds: Any, message
         ({"worlds": "3"}, "worlds: expected a whole number, got '3'"),
         ({"seed": -1}, "seed: expected 0 to 18446744073709551615, got -1"),
         ({"seed": None}, "seed: expected a whole number, got None"),
-        ({"threads": 0}, "threads: expected 1 to 1024, got 0"),
+        ({"threads": -1}, "threads: expected 0 to 1024, got -1"),
     ],
 )
 def test_wrong_numbers_are_one_clear_error(arguments: dict[str, Any], message: str) -> None:
@@ -434,3 +435,16 @@ def test_resets_leave_nothing_behind() -> None:
         for _ in range(2000):
             world.reset()
         assert resident() - before < 4 * 2**20
+
+
+def test_worlds_on_threads_are_of_one_process() -> None:
+    """Case 74: a fork, which has none of the threads, gets one line and can drop its copy."""
+
+    def use(world: Lockstep) -> None:
+        with world:
+            world.observe()
+
+    with Lockstep(SCENE, worlds=4, threads=3) as world:
+        said = in_a_fork(lambda: use(world))
+        assert said.startswith("InvalidArgument: batch: expected the process that made it, got a fork of it")
+        world.observe()

@@ -16,7 +16,7 @@ from swarmevo.errors import StoreError
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import Store
 from swarmevo.views import figures
-from swarmevo.views.figures import behaviour, writing
+from swarmevo.views.figures import behaviour, style, writing
 from swarmevo.views.figures import objectives as objective_figures
 from swarmevo.views.replay import scene as replay_scene
 
@@ -33,9 +33,24 @@ def test_fronts_have_a_marker_for_each_point_and_a_line_for_all(run: Path) -> No
         for trial, line in enumerate(axes.lines[:2]):
             points = [(p.objectives["hidden_neurons"], p.objectives["box_pushing"]) for p in fronts.front(store, trial)]
             assert np.allclose(line.get_xydata(), points)
-    assert axes.get_xlabel() == "hidden neurons (fewer is better)"
+    assert axes.get_xlabel() == "hidden neurons (less is better)"
     assert axes.get_ylabel() == "box pushing (more is better)"
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["trial 0", "trial 1", "global front"]
+
+
+def test_names_of_objectives_are_no_formulas(run: Path) -> None:
+    """Case 24: a name with an unfinished formula is drawn as it is; ticks are whole where the values are."""
+    with Store.open(run) as store:
+        for name, points in (("$\\frac{x$", [0.5, 0.75]), ("loss", [0.5, 0.75]), ("counts", [1.0, 2.0])):
+            store.objectives = (store.objectives[0], Objective(name, "minimise", (0.0, 2.0)))
+            with style.picture() as picture:
+                axes = picture.add_subplot()
+                objective_figures._plane_axes(axes, store.objectives, np.array([points, [0.0, 1.0]]).T)
+            picture.canvas.draw()
+            assert axes.xaxis.get_label().get_text() == f"{name} (less is better)"
+            assert not axes.xaxis.get_label().get_parse_math()
+            axes.set_xlim(0.0, 2.0)
+            assert all(tick == round(tick) for tick in axes.get_xticks()) == (points[0] == 1.0)
 
 
 def test_hypervolume_is_that_of_analysis(run: Path) -> None:
@@ -62,7 +77,7 @@ def test_attainment_of_all_trials_is_dominated_by_that_of_any(run: Path) -> None
 
 def test_paths_and_occupancy_are_of_the_tests(run: Path) -> None:
     with Store.open(run) as store:
-        seen = assessment.watch(store, tests=2)
+        seen = assessment.watch(store)
     (axes,) = figures.paths(seen, test=1).axes
     assert len(axes.collections) == 3  # one path for each robot
     last = axes.collections[0].get_paths()[-1].vertices[-1]
@@ -73,7 +88,7 @@ def test_paths_and_occupancy_are_of_the_tests(run: Path) -> None:
 
 def test_a_path_ends_when_the_box_is_there(run: Path) -> None:
     with Store.open(run) as store:
-        seen = assessment.watch(store, tests=2)
+        seen = assessment.watch(store)
     seen.telemetry.push_time[0] = -1.5  # [s]: 2 s later is 0.5 s after the start
     assert behaviour._shown_steps(seen, 0) == 5
     assert behaviour._shown_steps(seen, 1) == 20

@@ -5,10 +5,17 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import http.client
+import math
+import re
 import shutil
+import socket
 import threading
+import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -204,10 +211,42 @@ def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
     assert list(facts)[:2] == ["F1, box pushing", "F2, hidden neurons"]
 
 
-def test_fewer_steps_on_demand(recording: Recording) -> None:
-    thin = replay_data.data(recording, "", every=3)
-    assert thin["chunks"][0]["steps"] == 100
-    assert thin["period"] == pytest.approx(0.3)
+THIN = 5_000  # bytes: fewer than the 300 control steps take
+
+
+def test_a_long_episode_is_thinned(recording: Recording, episode: dict[str, Any]) -> None:
+    """Case 76: to a size that is given, and it says so."""
+    thin = replay_data.data(recording, "", most_bytes=THIN)
+    (chunk,), every = thin["chunks"], thin["thinned"]
+    assert every > 3
+    assert sum(map(len, replay_data._texts(chunk))) <= THIN * 1.1
+    assert chunk["steps"] == math.ceil(300 / every)
+    assert thin["period"] == pytest.approx(0.1 * every)
+    assert dict(thin["facts"])["control steps shown"] == f"1 of {every}, {0.1 * every:.3g} s apart"
+    assert episode["thinned"] == 1
+    assert "control steps shown" not in dict(episode["facts"])
+
+
+def test_a_thinned_episode_loses_no_touch_and_keeps_means(recording: Recording) -> None:
+    """Case 76: what lasts a moment is seen; poses are those of their time."""
+    before = recording.telemetry
+    touched = np.zeros_like(before.touch)
+    touched[0, 7, 2, 1] = 1.0  # for one control step
+    telemetry = dataclasses.replace(before, touch=touched)
+    told = dataclasses.replace(recording, episodes=dataclasses.replace(recording.episodes, telemetry=telemetry))
+    thin = replay_data.data(told, "", most_bytes=THIN)
+    (chunk,), every = thin["chunks"], thin["thinned"]
+    steps = range(0, 300, every)
+    touch = unpacked(chunk, "touch", np.uint8).reshape(len(steps), 5, 4)
+    command = unpacked(chunk, "command", np.int8).reshape(len(steps), 5, 2)
+    homing = np.frombuffer(base64.b64decode(chunk["terms"][0]), "<f4")
+    place = unpacked(chunk, "pose", np.int16).reshape(len(steps), 5, 3)[..., :2] * thin["unit"]["position"]
+    np.testing.assert_allclose(place, telemetry.pose[0, ::every, :, :2], atol=1e-4)
+    for i, step in enumerate(steps):
+        window = slice(step, step + every)
+        assert ((touch[i] > 0) == (telemetry.touch[0, window] > 0).any(axis=0)).all()
+        np.testing.assert_allclose(command[i] / 127, telemetry.command[0, window].mean(axis=0), atol=0.004)
+        assert homing[i] == pytest.approx(recording.terms["homing"][0, window].mean(), rel=1e-6)
 
 
 def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[str, Any], settings: Config) -> None:
@@ -340,6 +379,22 @@ def test_the_scene_shows_the_stored_poses(browser: Browser, file: Path, recordin
                 np.testing.assert_allclose(seen["box"][:2], box[0, step, :2], atol=1e-4)
 
 
+def test_a_thinned_page_plays_to_its_end(browser: Browser, recording: Recording, tmp_path: Path) -> None:
+    """Case 76."""
+    thin = replay_data.data(recording, "thin", most_bytes=THIN)
+    (tmp_path / "thin.html").write_text(replay_page.render([thin], "thin"))
+    with browsers.watch(browser, 640, 420) as watched:
+        page = watched.open(tmp_path / "thin.html")
+        assert f"1 of {thin['thinned']}, " in page.inner_text(".sw-facts")
+        for step in (0, thin["thinned"], 20 * thin["thinned"]):
+            page.evaluate(f"swarmevo.pause(); swarmevo.seek({0.1 * step})")
+            shown = np.array(page.evaluate("swarmevo.shown()")["robots"])[:, :2]
+            np.testing.assert_allclose(shown, recording.telemetry.pose[0, step, :, :2], atol=1e-4)
+        page.evaluate("swarmevo.seek(29.5); swarmevo.play()")
+        page.wait_for_function("swarmevo.player.time === 30 && !swarmevo.player.playing")
+        assert watched.errors == []
+
+
 def test_the_legend_has_only_bumpers_that_are_there(browser: Browser, recording: Recording, tmp_path: Path) -> None:
     robot = recording.config.robot.model_copy(update={"bumper": "rigid"})
     rigid = dataclasses.replace(recording, config=recording.config.model_copy(update={"robot": robot}))
@@ -404,16 +459,25 @@ def test_teams_of_other_sizes_stand_side_by_side(browser: Browser, run: Path, ch
 # ---- served ----------------------------------------------------------------------------------------------------------
 
 
+@contextmanager
+def serving(page: str, episode: Callable[[int], replay_server.Events] | None = None) -> Iterator[int]:
+    """Serve a page and give the port."""
+    with replay_server.server(page, 0, episode) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+        thread.start()
+        try:
+            yield server.server_port
+        finally:
+            server.shutdown()
+            thread.join()
+
+
 @pytest.fixture
 def live(run: Path) -> Iterator[str]:
     """Return the address of a server of live episodes."""
     page = replay_page.render([], "live", live=True)
-    with replay_server.server(page, 0, replay_server.live_episodes(run, None)) as server:
-        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
-        thread.start()
-        yield f"http://127.0.0.1:{server.server_port}"
-        server.shutdown()
-        thread.join()
+    with serving(page, replay_server.live_episodes(run, None)) as port:
+        yield f"http://127.0.0.1:{port}"
 
 
 def test_the_server_is_of_this_machine_alone(live: str) -> None:
@@ -426,6 +490,63 @@ def test_the_server_is_of_this_machine_alone(live: str) -> None:
     assert f"ssh -L {port}:127.0.0.1:{port} " in replay_server.hint(port)
     with pytest.raises(ReplayError, match=f"port {port}: Address already in use; choose another one with --port"):
         replay_server.server("", port)
+
+
+def ask(address: str, path: str, **headers: str) -> int:
+    connection = http.client.HTTPConnection(address.removeprefix("http://"), timeout=30)
+    connection.request("GET", path, headers=headers)
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+@pytest.mark.parametrize("path", ["/", "/episode"])
+def test_another_sites_page_gets_nothing(live: str, path: str) -> None:
+    """Case 34: neither by a name that it had pointed at this machine, nor by a request of its own."""
+    host = live.removeprefix("http://")
+    port = host.partition(":")[2]
+    foreign = [
+        {"Host": f"evil.example:{port}"},
+        {"Host": "127.0.0.1.evil.example"},
+        {"Host": ""},
+        {"Host": "["},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://localhost:1"},
+    ]
+    assert [ask(live, path, **headers) for headers in foreign] == [403] * len(foreign)
+    ours = [{}, {"Host": f"localhost:{port}"}, {"Host": "localhost:9000"}, {"Host": "[::1]:80"}, {"Origin": live}]
+    assert [ask(live, path, **headers) for headers in ours] == [200] * len(ours)
+
+
+def test_idle_clients_are_few_and_are_sent_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 34: 150 connections that ask for nothing."""
+    monkeypatch.setattr(replay_server, "IDLE_SECONDS", 3.0)
+    with serving("page") as port, ExitStack() as clients:
+        before = threading.active_count()
+        idle = [clients.enter_context(socket.create_connection(("127.0.0.1", port), timeout=30)) for _ in range(150)]
+        threads = [threading.active_count() for _ in range(50) if time.sleep(0.01) is None]
+        assert before < max(threads) <= before + replay_server.MOST_CLIENTS
+        answers = [client.recv(100) for client in idle]  # whichever way, the server ends each
+        assert set(answers) == {b"HTTP/1.0 503 Too many connections\r\n\r\n", b""}
+        while threading.active_count() > before:
+            time.sleep(0.01)
+        assert ask(f"http://127.0.0.1:{port}", "/") == 200
+
+
+def test_a_page_is_served_however_slowly_it_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 34: the time limit is of a connection that takes nothing, not of a whole page."""
+    monkeypatch.setattr(replay_server, "IDLE_SECONDS", 0.5)
+    page = "x" * 20_000_000
+    with serving(page) as port, socket.socket() as client:
+        client.settimeout(30)
+        client.connect(("127.0.0.1", port))
+        client.sendall(b"GET / HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n")
+        taken = 0
+        while part := client.recv(1_000_000):
+            taken += len(part)
+            time.sleep(0.02)
+        assert taken > len(page)
 
 
 def test_the_live_page_plays_what_is_simulated(browser: Browser, live: str) -> None:
@@ -503,6 +624,15 @@ def test_the_command_writes_a_page(run: Path, tmp_path: Path, capsys: pytest.Cap
     assert "small, individual 1" in file.read_text()
 
 
+def test_the_command_says_that_a_page_is_thinned(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 76."""
+    monkeypatch.setattr(replay_episode, "data", partial(replay_data.data, most_bytes=THIN))
+    assert command(run, "--html", tmp_path / "page.html") == 0
+    assert re.fullmatch(r"long episode: 1 control step of \d+ is shown\n", capsys.readouterr().err)
+
+
 def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) -> None:
     assert command(run) == 0
     assert (run / f"replay-{chosen.genome}.html").exists()
@@ -514,7 +644,7 @@ def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) ->
         ([":999"], 1, "there is no individual 999"),
         (["", "--robots", "5-1"], 2, "--robots: expected a team size from 1 to 64"),
         (["", "--robots", "1-9"], 2, "or up to 8 sizes as in 1-5, got '1-9'"),
-        (["", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
+        (["", "--video", "x.webp", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
         (["", "--html", "/nowhere/page.html"], 1, "/nowhere/page.html: No such file or directory"),
         (["x"], 1, "expected a run folder"),
     ],

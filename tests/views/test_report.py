@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
+import seals
 import small_runs
 from browser import Watched, chromium, pixels, watch
 from swarmevo import cli
@@ -79,11 +80,12 @@ def test_text_of_a_strangers_run_cannot_become_markup(run: Path, tmp_path: Path)
     evil = "<img src=x onerror=alert(1)>"
     folder = shutil.copytree(run, tmp_path / evil)
     tests = folder / table_ii.FILE
-    tests.write_text(tests.read_text().replace('"no noise"', f'"{evil}"').replace("static near a wall", evil))
-    origin = folder / PROVENANCE_FILE
-    origin.write_text(json.dumps(json.loads(origin.read_text()) | {"cpu": evil, evil: [evil]}))
+    found = tests.read_text().replace('"no noise"', f'"{evil}"').replace("static near a wall", evil)
+    tests.write_text(json.dumps(table_ii.sealed(json.loads(found))))
     config = folder / CONFIG_FILE
     config.write_text(f"{config.read_text()}# {evil}\n")
+    origin = json.loads((folder / PROVENANCE_FILE).read_text()) | {"cpu": evil, evil: [evil]}
+    seals.change(folder, "UPDATE session SET provenance = ?", json.dumps(origin))
     text = report.page([folder])
     assert "<img" not in text
     name, conditions, behaviours, provenance, settings = 2, 1, 1, 3, 1
@@ -215,8 +217,8 @@ def test_choosing_a_point_plays_its_replay(watched: Watched, key: str | None) ->
     page.evaluate("swarmevoReport[0].choose(0, false)")
     point.press(key) if key else point.dispatch_event("click")
     genome = page.evaluate(f"swarmevoReport[0].run.points[{last}].genome")
-    assert page.locator("[data-title]").inner_text() == f"Controller {genome}"
-    assert f"Controller {genome}" in page.locator("[data-stage] .sw-title").inner_text()
+    assert page.locator("[data-title]").inner_text() == f"Individual {genome}"
+    assert f"Individual {genome}" in page.locator("[data-stage] .sw-title").inner_text()
     page.wait_for_function("swarmevoReport[0].player.time > 0.5")
     assert point.get_attribute("aria-pressed") == "true"
     page.evaluate("swarmevoReport[0].player.pause()")

@@ -76,7 +76,7 @@ def test_a_runs_cost(faults: int) -> None:
 def test_an_objective_says_which_direction_is_better() -> None:
     objectives = [("box_pushing", "maximise"), ("hidden_neurons", "minimise"), ("energy", "minimise")]
     assert [text.label(Objective(name, direction, (0, 1))) for name, direction in objectives] == [
-        "box pushing (more is better)", "hidden neurons (fewer is better)", "energy (less is better)",
+        "box pushing (more is better)", "hidden neurons (less is better)", "energy (less is better)",
     ]  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from swarmevo.printable import printable
 from swarmevo.views import text
 
 if TYPE_CHECKING:
@@ -25,23 +26,52 @@ Observe = Callable[[int, int], None]
 def progress(done: int, total: int) -> Iterator[Callable[[Progress], None]]:
     """Show how a run goes on: a live bar on a terminal, one line for each generation elsewhere.
 
+    When a search begins to stand still, a line says so on both.
+
     Args:
         done: Generations stored already, over all trials.
         total: Generations of the whole run.
     """
     if (console := _terminal()) is None:
-        yield lambda now: print(_line(now), file=sys.stderr, flush=True)
+        warn = _standstill_warning(_print_line)
+
+        def observe_line(now: Progress) -> None:
+            _print_line(_line(now))
+            warn(now)
+
+        yield observe_line
         return
     columns = (BarColumn(bar_width=None), TextColumn("{task.description}", markup=False))
     with Bar(*columns, console=console, expand=True) as bar:
         task = bar.add_task("starting", completed=done, total=total)
+        warn = _standstill_warning(lambda line: console.print(line, markup=False, highlight=False))
 
         def observe(now: Progress) -> None:
             nonlocal done
             done += 1
             bar.update(task, completed=done, description=_short_line(now))
+            warn(now)
 
         yield observe
+
+
+def _standstill_warning(say: Callable[[str], object]) -> Callable[[Progress], None]:
+    """Return what warns once of generations in a row that had no new genome."""
+    standing: int | None = None  # the trial that has none
+
+    def observe(now: Progress) -> None:
+        nonlocal standing
+        if now.new_genomes:
+            standing = None
+        elif standing != now.trial:
+            standing = now.trial
+            say(f"warning: trial {now.trial}, generation {now.generation}: {text.STANDSTILL}")
+
+    return observe
+
+
+def _print_line(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -90,9 +120,9 @@ def _terminal() -> Console | None:
 
 def _line(now: Progress) -> str:
     objective, best = next(iter(now.best.items()))
-    return (
+    return printable(
         f"trial {now.trial}/{now.trials - 1}, generation {now.generation}/{now.generations - 1}: "
-        f"best {objective} {text.number(best)}, front {now.front_size}, "
+        f"best {objective} {text.number(best)}, front {now.front_size}, {now.new_genomes} new, "
         f"{text.throughput(now.episodes_per_second, 'episodes')}, {text.clock(now.eta_seconds)} left"
     )
 
@@ -100,8 +130,8 @@ def _line(now: Progress) -> str:
 def _short_line(now: Progress) -> str:
     """Return what fits beside a bar on 80 columns."""
     objective, best = next(iter(now.best.items()))
-    return (
+    return printable(
         f"trial {now.trial}/{now.trials - 1} gen {now.generation}/{now.generations - 1}  "
-        f"{objective} {text.number(best)}  front {now.front_size}  {text.throughput(now.episodes_per_second, 'ep')}  "
-        f"ETA {text.clock(now.eta_seconds)}"
+        f"{objective} {text.number(best)}  front {now.front_size}  {now.new_genomes} new  "
+        f"{text.throughput(now.episodes_per_second, 'ep')}  ETA {text.clock(now.eta_seconds)}"
     )

@@ -50,7 +50,9 @@ def show_run(summary: Summary) -> None:
 def _show_front(out: Console, title: str, objectives: Sequence[Objective], front: Sequence[FrontPoint]) -> None:
     out.print(f"\n{title}")
     names = [f"{objective.name}\n({objective.direction})" for objective in objectives]
-    table = output.table(*names, "episodes", "homing", "pushing", "push\n(s)", "gens", "trial", "genome", right=True)
+    table = output.table(
+        *names, "episodes", "homing", "pushing", "push\n(s)", "gens", "trial", "individual", right=True
+    )
     for point in front:
         table.add_row(
             *map(text.number, point.objectives.values()),
@@ -70,8 +72,17 @@ def _show_history(out: Console, trial: int, history: Sequence[Step], planned: in
     line = sparkline(values, _SPARKS if _can_print(out, _SPARKS) else _PLAIN_SPARKS)
     out.print(
         f"  trial {trial}  {line}  {text.number(values[0])} to {text.number(values[-1])}, "
-        f"{len(values)} of {planned} generations"
+        f"{len(values)} of {planned} generations, "
+        f"{_least_and_most([step.new_genomes for step in history])} new genomes each"
     )
+    if still := [step.generation for step in history if step.new_genomes == 0]:
+        generations = text.plain(text.count(len(still), "generation"))
+        out.print(f"  warning: trial {trial}: in {generations}, first in {still[0]}, {text.STANDSTILL}")
+
+
+def _least_and_most(values: Sequence[int]) -> str:
+    least, most = min(values), max(values)
+    return str(most) if least == most else f"{least} to {most}"
 
 
 def sparkline(values: Sequence[float], sparks: str = _SPARKS) -> str:
@@ -117,6 +128,11 @@ def show_verification(report: Report, as_json: bool) -> None:
         print(json.dumps({"sound": report.is_sound, **dataclasses.asdict(report)}, indent=2))
         return
     out = output.stdout()
+    if report.damage:
+        for what in report.damage:
+            out.print(f"damaged: {what} is not as it was stored")
+        out.print("nothing was simulated anew; restore the run from a copy first")
+        return
     out.print(f"{report.checked} of {report.evaluations} evaluations simulated anew, {report.episodes} episodes")
     for found in report.differences[:_SHOWN_DIFFERENCES]:
         out.print(
@@ -125,8 +141,6 @@ def show_verification(report: Report, as_json: bool) -> None:
         )
     if (more := len(report.differences) - _SHOWN_DIFFERENCES) > 0:
         out.print(f"and {more} more episodes differ; --json lists them")
-    for genome in report.damaged_genomes:
-        out.print(f"damaged: genome {genome} is not what was stored")
     for line in report.explanations:
         out.print(f"  {line}")
     out.print("the same, bit by bit" if report.is_sound else f"{len(report.differences)} episodes differ")

@@ -152,7 +152,9 @@ def _box(axes: Axes, settings: Config, pose: FloatArray, **look: Any) -> None:
 
 
 def _path(axes: Axes, points: FloatArray, colour: str) -> None:
-    """Draw a path that becomes stronger with time."""
+    """Draw a path that becomes stronger with time; one point, of an episode of one step, is none."""
+    if len(points) < 2:
+        return
     ends = np.linspace(0, len(points) - 1, min(SHADES, len(points) - 1) + 1).astype(int)
     pieces = [points[start : end + 1] for start, end in pairwise(ends)]
     strength = np.linspace(0.25, 1, len(pieces))

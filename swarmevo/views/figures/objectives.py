@@ -32,7 +32,6 @@ def fronts(run: Run) -> Picture:
     """Return the front of each trial and, in black, that of all (the paper's Fig. 4)."""
     with opened(run) as store, style.picture() as picture:
         axes = picture.add_subplot()
-        _plane_axes(axes, store.objectives)
         shown = [_points(store, pareto.front(store, trial)) for trial in store.trials()]
         for trial, points in zip(store.trials(), shown, strict=True):
             look: dict[str, Any] = {
@@ -42,6 +41,7 @@ def fronts(run: Run) -> Picture:
             }
             axes.plot(*points.T, **look, markersize=5, alpha=0.85, label=f"trial {trial}", zorder=3)
         front = _points(store, pareto.front(store))
+        _plane_axes(axes, store.objectives, front)
         if len(store.objectives) == 2:
             end = _worst(store.objectives, np.concatenate(shown))
             _staircase(
@@ -68,7 +68,7 @@ def attainment(run: Run) -> Picture:
         shares = {"any trial": 100 / len(sets), "half of the trials": 50.0, "all trials": 100.0}
         surfaces = moocore.eaf(np.concatenate(sets) * signs, numbers, percentiles=sorted(set(shares.values())))
         axes = picture.add_subplot()
-        _plane_axes(axes, objectives)
+        _plane_axes(axes, objectives, np.concatenate(sets))
         looks = zip(shares.items(), (style.GREEN, style.BLUE, style.VERMILLION), style.STYLES, strict=False)
         for (name, share), colour, line in looks:
             surface = surfaces[np.isclose(surfaces[:, 2], share)][:, :2] * signs
@@ -126,7 +126,7 @@ def evolution(run: Run, trial: int | None = None) -> Picture:
         )  # fmt: skip
         first, second = store.objectives[:2]
         axes.set(xlabel="generation", ylabel=text.words(second.name), zlabel=text.words(first.name))
-        axes.yaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
+        axes.yaxis.set_major_locator(MaxNLocator(integer=_are_whole(points[:, 0]), nbins=6))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
         picture.suptitle(f"trial {chosen}; outlined: not dominated in their generation", fontsize=9)
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
@@ -148,12 +148,16 @@ def _points(store: Store, front: Sequence[pareto.FrontPoint]) -> FloatArray:
     return _plane(np.array([list(point.objectives.values()) for point in front]).reshape(-1, len(store.objectives)))
 
 
-def _plane_axes(axes: Axes, objectives: Sequence[Objective]) -> None:
+def _plane_axes(axes: Axes, objectives: Sequence[Objective], points: FloatArray) -> None:
+    """Name the axes; where the points' places across are whole numbers, so are the ticks."""
     axes.set_ylabel(text.label(objectives[0]))
     axes.set_xlabel(text.label(objectives[1]) if len(objectives) > 1 else "trial")
-    whole = len(objectives) == 1 or text.is_count(objectives[1])
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True) if whole else MaxNLocator(nbins=8))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=_are_whole(points[:, 0])))
     axes.margins(0.06)
+
+
+def _are_whole(values: FloatArray) -> bool:
+    return bool(np.all(values == np.round(values)))
 
 
 def _staircase(axes: Axes, objectives: Sequence[Objective], points: FloatArray, end: float, **look: Any) -> None:

@@ -45,6 +45,8 @@ SETTINGS: Final[Any] = {  # matplotlib types the names of its settings one by on
     "legend.frameon": False,
     "legend.fontsize": 8,
     "text.color": INK,
+    "text.parse_math": False,  # names of objectives and of runs may have any letter
+    "text.usetex": False,
     "xtick.color": INK,
     "ytick.color": INK,
     "svg.fonttype": "none",

@@ -14,6 +14,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from swarmevo.analysis import assessment
+from swarmevo.runs import files
 from swarmevo.views.figures import behaviour, networks, objectives, style
 from swarmevo.views.figures.source import Run, opened
 from swarmevo.views.figures.style import Picture
@@ -42,15 +43,16 @@ def write(run: Run, folder: str | os.PathLike[str], formats: Sequence[str] = ("p
     """Write every figure of a run into a folder, which is made; return the files.
 
     Raises:
-        OSError: The folder cannot be written.
+        OutputError: The folder cannot be written.
     """
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    files = []
-    for name, picture in every(run):
-        for kind in formats:
-            files.append(Path(folder) / f"{name}.{kind}")
-            picture.savefig(files[-1], dpi=300, metadata=_undated(kind))
-    return files
+    folder, made = Path(folder), []
+    with files.folder_made(folder):
+        for name, picture in every(run):
+            for kind in formats:
+                made.append(folder / f"{name}.{kind}")
+                with files.written(made[-1]) as fresh:
+                    picture.savefig(fresh, format=kind, dpi=300, metadata=_undated(kind))
+    return made
 
 
 def _undated(kind: str) -> dict[str, Any]:

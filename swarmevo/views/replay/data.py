@@ -12,17 +12,22 @@ from numpy.typing import NDArray
 
 from swarmevo.analysis.recording import Recording
 from swarmevo.config import Config
-from swarmevo.protocols import FloatArray, Telemetry
+from swarmevo.protocols import FloatArray
 from swarmevo.views import text
 from swarmevo.views.replay import scene
 
 FORMAT: Final = 1
 """Of an episode's data, for the player."""
 
+MOST_BYTES: Final = 4_000_000
+"""Of an episode's control steps in a page: 58 minutes of the paper's team. A longer episode is thinned."""
+
 _LARGEST: Final = 32767  # of 16-bit integers with a sign
 
 
-def data(recording: Recording, title: str, subtitle: str = "", warning: str = "", every: int = 1) -> dict[str, Any]:
+def data(
+    recording: Recording, title: str, subtitle: str = "", warning: str = "", most_bytes: int = MOST_BYTES
+) -> dict[str, Any]:
     """Return an episode as the player takes it: numbers, text and base64, to be written as JSON.
 
     Args:
@@ -30,15 +35,24 @@ def data(recording: Recording, title: str, subtitle: str = "", warning: str = ""
         title: Names it.
         subtitle: Says where it is from.
         warning: Shown with it, if any.
-        every: Keep one control step of so many; the player interpolates.
+        most_bytes: If its control steps take more, only one of several is kept, which the captions tell: as ``thinned``
+            there is one of how many. The player interpolates.
     """
-    steps = range(0, _steps(recording.telemetry), every)
+    count = len(recording.telemetry.box[0])
+    steps = chunk(recording, range(count))
+    every = math.ceil(sum(map(len, _texts(steps))) / most_bytes)
+    shown = [("control steps shown", f"1 of {every}, {recording.config.episode.control_period * every:.3g} s apart")]
     return {
         **head(recording, title, subtitle, every),
         **outcome(recording),
+        "facts": facts(recording) + (shown if every > 1 else []),
         "warning": warning,
-        "chunks": [chunk(recording, steps)],
+        "chunks": [steps if every == 1 else chunk(recording, range(0, count, every))],
     }
+
+
+def _texts(steps: dict[str, Any]) -> list[str]:
+    return [*(array for array in steps.values() if isinstance(array, str)), *steps["terms"]]
 
 
 def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dict[str, Any]:
@@ -52,6 +66,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
         "robots": config.team.robots,
         "colours": scene.colours(config.team.robots),
         "period": config.episode.control_period * every,
+        "thinned": every,
         "horizon": config.episode.horizon,
         "arena": size,
         "emitter": {"position": config.emitter.position, "range": config.emitter.range, "strength": strength},
@@ -105,13 +120,23 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
     """Return some control steps of an episode as arrays of small integers in base64, and their number.
 
     An array's axes are those of the telemetry behind the episode; ``rf`` is over the strongest signal, ``gap`` is the
-    distance between box and target wall.
+    distance between box and target wall. Of the steps that are left out, commands and terms are in the mean, and no
+    touch is lost.
     """
     config, telemetry = recording.config, recording.telemetry
-    pick = slice(steps.start, steps.stop, steps.step)
 
     def channel(name: str) -> FloatArray:
-        return telemetry.channels[name][0, pick]
+        return telemetry.channels[name][0, steps.start : steps.stop : steps.step]
+
+    def most(name: str) -> FloatArray:
+        return np.maximum.reduceat(telemetry.channels[name][0, steps.start : steps.stop], starts, axis=0)
+
+    def mean(values: FloatArray) -> FloatArray:
+        sums: FloatArray = np.add.reduceat(values[steps.start : steps.stop], starts, axis=0)
+        return sums / lengths.reshape(-1, *[1] * (values.ndim - 1))
+
+    starts = np.arange(0, steps.stop - steps.start, steps.step)
+    lengths = np.diff(starts, append=steps.stop - steps.start)
 
     scale = np.array([config.arena.size, config.arena.size, math.pi])
     strongest = max(config.emitter.strength[1], 1e-9)
@@ -119,12 +144,12 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
         "steps": len(steps),
         "pose": _integers(channel("pose") / scale, np.int16),
         "box": _integers(channel("box") / scale, np.int16),
-        "command": _integers(channel("command"), np.int8),
-        "touch": _integers(channel("touch"), np.uint8),
+        "command": _integers(mean(telemetry.channels["command"][0]), np.int8),
+        "touch": _integers(most("touch"), np.uint8),
         "rf": _integers(channel("rf") / strongest, np.uint8),
-        "contact": _integers(channel("box_contact"), np.uint8),
+        "contact": _integers(most("box_contact"), np.uint8),
         "gap": _integers(_gap(config, channel("box")) / (2 * config.arena.size), np.int16),
-        "terms": [_floats(series[0, pick]) for series in recording.terms.values()],
+        "terms": [_floats(mean(series[0])) for series in recording.terms.values()],
     }
 
 
@@ -150,10 +175,6 @@ def _floats(values: FloatArray) -> str:
 
 def _base64(array: NDArray[Any]) -> str:
     return base64.b64encode(array.astype(array.dtype.newbyteorder("<")).tobytes()).decode("ascii")
-
-
-def _steps(telemetry: Telemetry) -> int:
-    return len(telemetry.box[0])
 
 
 def _time(time: float) -> float | None:

@@ -6,12 +6,17 @@ from __future__ import annotations
 import getpass
 import json
 import socket
+import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from email.message import Message
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from itertools import count
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import urlsplit
 
 from swarmevo.errors import ReplayError
 from swarmevo.runs import other_world
@@ -20,6 +25,13 @@ from swarmevo.views.replay import episode as replay_episode
 
 HOST: Final = "127.0.0.1"
 """Nobody else's machine can connect."""
+MOST_CLIENTS: Final = 16
+"""Connections at once, a thread for each; a browser keeps a few open without use."""
+IDLE_SECONDS: Final = 5.0
+"""A connection that sends or takes nothing for so long is closed."""
+
+_PIECE: Final = 65536  # [bytes]
+_OURS: Final = ("127.0.0.1", "localhost", "::1")  # names of this machine; another one may have been pointed here
 
 Events = Iterator[tuple[str, Any]]
 
@@ -39,8 +51,12 @@ def server(page: str, port: int, episode: Callable[[int], Events] | None = None)
     numbers = count()
 
     class Handler(BaseHTTPRequestHandler):
+        timeout = IDLE_SECONDS
+
         def do_GET(self) -> None:
-            if self.path == "/":
+            if not _is_ours(self.headers):
+                self.send_error(HTTPStatus.FORBIDDEN, "expected the address that swarmevo has printed")
+            elif self.path == "/":
                 _send_page(self, page)
             elif self.path == "/episode" and episode is not None:
                 _send_events(self, episode(next(numbers)))
@@ -50,21 +66,67 @@ def server(page: str, port: int, episode: Callable[[int], Events] | None = None)
         def log_message(self, format: str, *args: object) -> None:
             """Say nothing: there is one page."""
 
-    class Server(ThreadingHTTPServer):
-        daemon_threads = True  # a page that still listens does not keep the program alive
-
     try:
-        return Server((HOST, port), Handler)
+        return _Server((HOST, port), Handler)
     except OSError as error:
         raise ReplayError(f"port {port}: {error.strerror}; choose another one with --port") from error
+
+
+class _Server(ThreadingHTTPServer):
+    """A thread for each of a limited number of connections."""
+
+    request_queue_size = 128  # of connections that come at once
+    daemon_threads = True  # a page that still listens does not keep the program alive
+
+    def __init__(self, *arguments: Any) -> None:
+        self._free = threading.Semaphore(MOST_CLIENTS)
+        super().__init__(*arguments)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            with suppress(OSError):
+                request.sendall(b"HTTP/1.0 503 Too many connections\r\n\r\n")
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of clients that went away; any other error is a fault of ours."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
+
+
+def _is_ours(headers: Message) -> bool:
+    """Whether a request names this machine, and comes from no other page: else a web page could read what is here.
+
+    That page's own name may lead to this machine (DNS rebinding); the browser sends the name all the same.
+    """
+    host = headers.get("Host", "")
+    with suppress(ValueError):  # not even a name
+        return urlsplit(f"//{host}").hostname in _OURS and headers.get("Origin", f"http://{host}") == f"http://{host}"
+    return False
 
 
 def hint(port: int) -> str:
     """Return how to see the page, here and from another machine."""
     return (
         f"http://{HOST}:{port}/ (Ctrl-C ends); from another machine first: "
-        f"ssh -L {port}:{HOST}:{port} {getpass.getuser()}@{socket.gethostname()}"
+        f"ssh -L {port}:{HOST}:{port} {_user()}{socket.gethostname()}"
     )
+
+
+def _user() -> str:
+    """Return who we are, for an address; nothing if the system has no name for us, as in a container."""
+    try:
+        return f"{getpass.getuser()}@"
+    except (KeyError, OSError):
+        return ""
 
 
 def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = ()) -> Callable[[int], Events]:
@@ -89,12 +151,18 @@ def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = (
 
 
 def _send_page(handler: BaseHTTPRequestHandler, page: str) -> None:
-    content = page.encode()
+    content = page.encode(errors="backslashreplace")  # of a path that is no UTF-8
     handler.send_response(HTTPStatus.OK)
     handler.send_header("Content-Type", "text/html; charset=utf-8")
     handler.send_header("Content-Length", str(len(content)))
     handler.end_headers()
-    handler.wfile.write(content)
+    _send(handler, content)
+
+
+def _send(handler: BaseHTTPRequestHandler, content: bytes) -> None:
+    """Send piece by piece, each within the time limit: all of it may take longer."""
+    for start in range(0, len(content), _PIECE):
+        handler.wfile.write(content[start : start + _PIECE])
 
 
 def _send_events(handler: BaseHTTPRequestHandler, events: Events) -> None:
@@ -105,9 +173,8 @@ def _send_events(handler: BaseHTTPRequestHandler, events: Events) -> None:
     handler.end_headers()
     try:
         for name, content in _or_failure(events):
-            handler.wfile.write(f"event: {name}\ndata: {json.dumps(content)}\n\n".encode())
-            handler.wfile.flush()
-    except ConnectionError:  # the page was closed
+            _send(handler, f"event: {name}\ndata: {json.dumps(content)}\n\n".encode())
+    except OSError:  # the page was closed, or takes nothing
         pass
 
 

@@ -29,6 +29,7 @@ from PIL import Image
 from PIL.TiffImagePlugin import AppendingTiffWriter
 
 from swarmevo.errors import ReplayError
+from swarmevo.runs import files
 
 PROGRAMS: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 _FLAGS: Final = (
@@ -93,6 +94,7 @@ def write(file: Path, page: str, film: Film, observe: Callable[[int], None]) -> 
         observe: Told after each frame how many there are.
 
     Raises:
+        OutputError: The file, or a temporary one, cannot be written.
         ReplayError: Something that is needed is missing, or fails.
     """
     check(file)
@@ -101,7 +103,7 @@ def write(file: Path, page: str, film: Film, observe: Callable[[int], None]) -> 
     def frames() -> Generator[bytes, None, None]:
         with tempfile.TemporaryDirectory(prefix="swarmevo-", ignore_cleanup_errors=True) as folder:
             source = Path(folder) / "page.html"
-            source.write_text(page, encoding="utf-8")
+            files.write(source, page)
             with _Chromium(Path(folder) / "profile", film.size) as browser:
                 browser.open(source.as_uri())
                 for number, t in enumerate(times, start=1):
@@ -109,8 +111,8 @@ def write(file: Path, page: str, film: Film, observe: Callable[[int], None]) -> 
                     yield browser.screenshot()
                     observe(number)
 
-    with contextlib.closing(frames()) as pictures:
-        _WRITERS[file.suffix](file, pictures, film.rate)
+    with contextlib.closing(frames()) as pictures, files.written(file) as fresh:
+        _WRITERS[file.suffix](fresh, pictures, film.rate)
 
 
 def _chromium() -> str | None:
@@ -121,7 +123,7 @@ def _chromium() -> str | None:
 
 
 def _write_webp(file: Path, frames: Iterator[bytes], rate: float) -> None:
-    with tempfile.TemporaryDirectory(prefix="swarmevo-") as folder:
+    with tempfile.TemporaryDirectory(prefix=".new-", dir=file.parent) as folder:  # as much room as for the film
         reel = Path(folder) / "reel.tiff"  # Pillow reads its frames one by one; a list of them would fill the memory
         with AppendingTiffWriter(reel, new=True) as pages:
             for frame in frames:
@@ -143,7 +145,7 @@ def _write_mp4(file: Path, frames: Iterator[bytes], rate: float) -> None:
                 ffmpeg.stdin.write(frame)
         _, said = ffmpeg.communicate()
     if ffmpeg.returncode:
-        raise ReplayError(f"{file}: ffmpeg failed: {' '.join(said.decode(errors='replace').split())}")
+        raise ReplayError(f"--video: ffmpeg failed: {' '.join(said.decode(errors='replace').split())}")
 
 
 _WRITERS: Final[dict[str, Callable[[Path, Iterator[bytes], float], None]]] = {".webp": _write_webp, ".mp4": _write_mp4}

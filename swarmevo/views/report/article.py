@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,8 +12,8 @@ from markupsafe import Markup
 
 from swarmevo.analysis import assessment
 from swarmevo.analysis.fronts import FrontPoint
-from swarmevo.runs.reader import CONFIG_FILE
-from swarmevo.runs.store import PROVENANCE_FILE, Store
+from swarmevo.runs.folder import CONFIG_FILE
+from swarmevo.runs.store import Store
 from swarmevo.views import figures, html, text
 from swarmevo.views.report import tables
 from swarmevo.views.report.run import Run
@@ -90,10 +89,10 @@ def _tiles(run: Run) -> Iterator[Tile]:
     summary, cost = run.summary, run.summary.cost
     best, first = summary.front[0], summary.objectives[0].name  # the front begins with the best first objective
     beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
-    aside = ", ".join([f"controller {best.genome}", *beside])
+    aside = ", ".join([f"individual {best.genome}", *beside])
     yield Tile(f"best {text.words(first)}", text.number(best.objectives[first]), aside)
     pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
-    aside = f"controller {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
+    aside = f"individual {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
     yield Tile("box at the wall", text.percent(pusher.push_rate), aside)
     yield Tile("front", text.count(len(summary.front), "point"), f"over {text.count(len(summary.trials), 'trial')}")
     volumes = [trial.history[-1].hypervolume for trial in summary.trials]
@@ -130,7 +129,7 @@ def _behaviour(store: Store) -> Iterator[Figure]:
     seen = assessment.watch(store, best)
     yield _figure(
         figures.paths(seen),
-        f"Paths of controller {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
+        f"Paths of individual {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
         "star and dotted circle: the emitter and its range; green: the target wall.",
     )
     yield _figure(
@@ -144,7 +143,7 @@ def _behaviour(store: Store) -> Iterator[Figure]:
 
 def _origin(store: Store, run: Run) -> list[tuple[str, str]]:
     cost = run.summary.cost
-    stored: dict[str, Any] = json.loads((store.folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
+    stored = {key: value for key, value in store.session(1).items() if key != "plugin_files"}  # too many for a page
     facts = {text.words(key): str(value) for key, value in _flat(stored) if value not in (None, "", [])}
     spent = f"{text.duration(cost.simulated_seconds)} simulated in {text.duration(cost.seconds)}"
     facts |= {"cost": f"{text.count(cost.episodes, 'episode')}, {spent}", "physics": text.physics(cost)}

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from swarmevo._version import __version__
-from swarmevo.runs.files import write_atomically
+from swarmevo.runs import files
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html
 from swarmevo.views.replay import page as replay_page
@@ -36,11 +36,11 @@ def write(folders: Sequence[Path], file: Path, observe: Callable[[str], None] = 
     Raises:
         EvaluationError: An episode failed.
         StoreError: A run cannot be read.
-        OSError: The file cannot be written.
+        OutputError: The file cannot be written.
     """
     content = page(folders, observe)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(file, content)
+    with files.folder_made(file.parent):
+        files.write(file, content)
     return file
 
 

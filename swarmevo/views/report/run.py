@@ -19,6 +19,8 @@ from swarmevo.views.replay import episode as replay_episode
 
 MOST_REPLAYS: Final = 24
 """Episodes in a page, of each run: about 0.2 MB each. The front over all trials comes first."""
+REPLAY_BYTES: Final = 1_000_000
+"""Most that the control steps of one of them take: 14 minutes of the paper's team; a longer one is thinned."""
 _RARE: Final = 0.05
 """A behaviour that fewer robots show is not told of a controller."""
 
@@ -70,7 +72,7 @@ def _episode(store: Store, point: FrontPoint) -> dict[str, Any]:
     chosen = replay_episode.choose(store, point.genome, point.last_generation)
     recording, warning = replay_episode.replay(store, chosen, force=True)
     where = f"trial {point.trial}, generation {chosen.key.generation}"
-    return replay_data.data(recording, f"Controller {point.genome}", where, warning)
+    return replay_data.data(recording, f"Individual {point.genome}", where, warning, REPLAY_BYTES)
 
 
 # ---- for the page's script -------------------------------------------------------------------------------------------

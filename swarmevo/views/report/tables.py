@@ -43,7 +43,7 @@ def front(run: Run) -> Table:
         ]
         for point in run.points
     ]
-    heads = ["robots at the source", "box at the wall", "episodes", "trial", "controller", "global front"]
+    heads = ["robots at the source", "box at the wall", "episodes", "trial", "individual", "global front"]
     return Table([*names, *heads], rows)
 
 
@@ -82,4 +82,4 @@ def gap(objective: Objective, tests: Assessment) -> Table:
         ]
         for one in tests.controllers
     ]
-    return Table(["controller", "trial", "in evolution", "in fresh tests", "difference"], rows)
+    return Table(["individual", "trial", "in evolution", "in fresh tests", "difference"], rows)

@@ -132,7 +132,7 @@
       const order = this.run.points.map((_, k) => k).sort((a, b) => this.run.points[a].front - this.run.points[b].front);
       for (const k of order) {
         const point = this.run.points[k];
-        const name = `controller ${point.genome}, trial ${point.trial}: ${this._values(point).join(", ")}`;
+        const name = `individual ${point.genome}, trial ${point.trial}: ${this._values(point).join(", ")}`;
         const at = `translate(${this.x(this.places[k][0])} ${this.y(this.places[k][1])})`;
         const node = svg("g", { class: "point", transform: at, tabindex: 0, role: "button", "aria-label": name, "data-point": k }, this.root);
         svg("circle", { class: "halo", r: 14 }, node);
@@ -159,7 +159,7 @@
     _say(k) {
       const point = this.run.points[k];
       this.tip.replaceChildren();
-      element("b", "", `Controller ${point.genome}, trial ${point.trial}`, this.tip);
+      element("b", "", `Individual ${point.genome}, trial ${point.trial}`, this.tip);
       for (const [name, value] of point.facts.slice(0, this.run.objectives.length + 3)) element("span", "", `${name}: ${value}`, this.tip);
       this.tip.hidden = false;
       const scale = this.root.getBoundingClientRect().width / this.width;
@@ -205,7 +205,7 @@
     choose(k, play) {
       const point = this.run.points[k];
       this.chart.mark(k);
-      this._find("[data-title]").textContent = `Controller ${point.genome}`;
+      this._find("[data-title]").textContent = `Individual ${point.genome}`;
       const facts = this._find("[data-facts]");
       facts.replaceChildren();
       for (const [name, value] of point.facts) {
@@ -226,7 +226,7 @@
 
     _show(point, play) {
       if (point.episode === null) {
-        this._say("This controller's episode is not in this page. The command beside it makes its replay.");
+        this._say("This individual's episode is not in this page. The command beside it makes its replay.");
         return;
       }
       if (!this.player) {

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What plugins return, checked: by the host, and by the tests for authors of plugins.
+
+What is wrong is a ``ValueError`` in words that follow the plugin's name: "expected ..., got ...".
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+import numpy as np
+
+from swarmevo.protocols import Block, FloatArray, GenomeSpace, Objective
+
+LARGEST: Final = 1e50
+"""Of an objective's range: sums over episodes and hypervolumes of several objectives stay finite."""
+ROUNDING: Final = 1e-9
+"""Of the width of an objective's range: so far a value may lie outside of it."""
+
+
+def numbers(values: object, shape: tuple[int, ...]) -> FloatArray:
+    """Return ``values`` as finite float64 of a shape; lists and other real dtypes are converted.
+
+    Raises:
+        ValueError: They are complex, masked, text or objects, have another shape, or are not finite in float64.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        raise ValueError("expected an array of numbers, got a masked array; fill it")
+    try:
+        array = np.asarray(values)
+    except Exception as error:  # rows of different lengths, or whatever a stranger's ``__array__`` raises
+        raise ValueError(f"expected an array of numbers, got {type(values).__name__}") from error
+    if array.dtype.kind not in "biuf":
+        inside = f" of {array.dtype.type.__name__}" if array.ndim else ""
+        raise ValueError(f"expected an array of numbers, got {type(values).__name__}{inside}")
+    if array.shape != shape:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
+    with np.errstate(over="ignore"):  # a long double may be too large
+        found: FloatArray = array.astype(np.float64, copy=False)
+    if not (finite := np.isfinite(found)).all():
+        place = tuple(int(i) for i in np.argwhere(~finite)[0])
+        raise ValueError(f"expected finite numbers, got {found[place]} at {list(place)}")
+    return found
+
+
+def objective(given: object) -> Objective:
+    """Return an objective with a name of plain text and a range of two floats, whatever real numbers it was given.
+
+    Raises:
+        ValueError: It is no objective, or its name, direction or range cannot be used.
+    """
+    if not isinstance(given, Objective):
+        raise ValueError(f"expected an Objective, got {type(given).__name__}")
+    name, direction = given.name, given.direction
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise ValueError(f"expected as name text that can be printed, got {name!r}")
+    if not isinstance(direction, str) or direction not in ("maximise", "minimise"):
+        raise ValueError(f"{name}: expected the direction maximise or minimise, got {direction!r}")
+    try:
+        low, high = numbers(given.range, (2,)).tolist()
+    except ValueError:
+        low = high = math.nan
+    if not -LARGEST <= low < high <= LARGEST:
+        raise ValueError(
+            f"{name}: expected as range two finite numbers, low and high, within {LARGEST:g}, got {given.range!r}"
+        )
+    return Objective(str(name), "maximise" if direction == "maximise" else "minimise", (low, high))
+
+
+def check_range(values: FloatArray, objectives: Sequence[Objective]) -> None:
+    """Refuse ``values`` ``(n, m)`` outside of the ranges of the m objectives.
+
+    Raises:
+        ValueError: One is.
+    """
+    for one, column in zip(objectives, values.T, strict=True):
+        low, high = one.range
+        slack = ROUNDING * (high - low)
+        outside = column[(column < low - slack) | (column > high + slack)]
+        if len(outside):
+            raise ValueError(
+                f"expected {one.name} in its range from {low:g} to {high:g}, got {outside[0]:g}; the range is declared "
+                "by the plugin, often by its options"
+            )
+
+
+def space(given: object) -> GenomeSpace:
+    """Return the layout of a genome.
+
+    Raises:
+        ValueError: It is none, or its blocks cannot be used.
+    """
+    if not isinstance(given, GenomeSpace):
+        raise ValueError(f"expected a GenomeSpace, got {type(given).__name__}")
+    blocks: object = given.blocks
+    if not isinstance(blocks, Iterable) or not all(isinstance(block, Block) for block in blocks):
+        raise ValueError(f"expected blocks, a tuple of Block, got {blocks!r}")
+    for block in given.blocks:
+        _check_block(block)
+    names = [block.name for block in given.blocks]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"expected blocks of different names, got {name!r} twice")
+    if given.size < 1:
+        raise ValueError("expected at least one gene, got none")
+    return given
+
+
+def _check_block(block: Block) -> None:
+    shape, axis = block.shape, block.unit_axis
+    if not isinstance(block.name, str):
+        raise ValueError(f"block {block.name!r}: expected text as name")
+    if not isinstance(shape, tuple) or not all(isinstance(n, int | np.integer) and n >= 0 for n in shape):
+        raise ValueError(f"block {block.name}: expected as shape a tuple of lengths, got {shape!r}")
+    if not isinstance(axis, int | np.integer) or not 0 <= axis < len(shape):
+        raise ValueError(f"block {block.name}: expected a unit_axis of the shape {shape}, got {axis!r}")
+    if block.kind not in ("real", "switch"):
+        raise ValueError(f"block {block.name}: expected the kind real or switch, got {block.kind!r}")

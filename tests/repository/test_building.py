@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How the project is built and what it gives away: nothing used is unnamed, nothing promised is left out of CI."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).parents[2]
+MAKEFILE, CI = (ROOT / "Makefile").read_text(), (ROOT / ".ci" / "run").read_text()
+NOTICE = (ROOT / "NOTICE").read_text()
+BUILD_TOOLS = {"Threads", "PkgConfig"}  # of the system and of CMake
+
+
+def made_by_ci() -> set[str]:
+    """Return the targets that ``.ci/run`` makes."""
+    return {target for line in re.findall(r"^make (.*)$", CI, re.MULTILINE) for target in line.split()}
+
+
+def test_ci_builds_the_docs_and_every_page_is_reached() -> None:
+    """Case 40."""
+    assert "docs" in made_by_ci()
+    assert "sphinx-build -W " in MAKEFILE
+    pages = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
+    (toctree,) = re.findall(r"^```{toctree}\n(.*?)^```", (ROOT / "docs/index.md").read_text(), re.MULTILINE | re.DOTALL)
+    assert set(re.findall(r"^([a-z-]+)$", toctree, re.MULTILINE)) == pages
+
+
+def test_ci_runs_sanitizers_and_a_short_fuzz() -> None:
+    """Case 41: and the fuzzers' runtime library is on the list of packages."""
+    assert {"sanitize", "fuzz-native", "FUZZ_SECONDS=5"} <= made_by_ci()
+    (packages,) = re.findall(r"^FUZZ_PACKAGES := (.*)$", MAKEFILE, re.MULTILINE)
+    assert set(packages.split()) == {"clang", "libclang-rt-dev"}
+
+
+def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() -> None:
+    """Case 42: and no pin is below a declared bound."""
+    pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    for declared in map(Requirement, project["dependencies"] + extras["test"] + extras["lint"] + extras["docs"]):
+        assert pins[declared.name.lower()] in declared.specifier, declared
+    installs = re.findall(r"pip install -q (?!\"\$\$)(.*)$", MAKEFILE, re.MULTILINE)  # but for ruff, of its own pin
+    assert len(installs) == 2
+    assert all("-c constraints.txt" in install for install in installs)
+
+
+def test_the_notice_names_what_the_library_is_made_of() -> None:
+    """Case 43."""
+    cmake = (ROOT / "CMakeLists.txt").read_text()
+    used = set(re.findall(r"(?:find_package|pkg_check_modules)\((\w+?)3? ", cmake)) - BUILD_TOOLS
+    assert used == {"ODE", "Eigen", "doctest"}
+    for name in [*used, "MeshCat", "three.js"]:
+        assert name in NOTICE, name
+    assert "Russell L. Smith" in NOTICE
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["license-files"] == ["LICENSE", "NOTICE"]
+    assert (ROOT / "SECURITY.md").is_file()

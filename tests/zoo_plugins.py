@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Toys each method of which can be made to misbehave, at any time: see :func:`misbehave`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+import toy_plugins
+from swarmevo.config import Config
+from swarmevo.protocols import Controller, FloatArray, GenomeSpace, SceneInfo, Telemetry
+
+Deed = Callable[[Any], Any]
+"""What a method does instead, given what it would return."""
+
+_deeds: dict[str, Deed] = {}
+
+
+def install(distribution: Callable[..., Any]) -> None:
+    """Make the toys known, as the distribution ``zoo 1.0``."""
+    toy_plugins.install(distribution)
+    here = __name__
+    groups = {
+        "swarmevo.controllers": {"zoo_network": f"{here}:Network", "zoo_linear": f"{here}:Linear"},
+        "swarmevo.fitness": {"zoo_travel": f"{here}:Travel"},
+        "swarmevo.optimisers": {"zoo_search": f"{here}:Search"},
+    }
+    distribution("zoo", "1.0", groups)
+
+
+def config(plugin: str, **evolution: Any) -> Config:
+    """Return a run of a moment with one of these plugins."""
+    chosen: dict[str, Any] = {
+        "zoo_network": {"controller": "zoo_network"},
+        "zoo_linear": {"controller": "zoo_linear"},
+        "zoo_travel": {"fitness": ["zoo_travel"]},
+        "zoo_search": {"optimiser": "zoo_search"},
+    }[plugin]
+    short = {"generations": 3, "population": 2, "trials": 1, "repeats": 1, **evolution}
+    return toy_plugins.config(episode={"horizon": 0.3}, evolution=short, **chosen)
+
+
+def misbehave(plugin: str, method: str, deed: Deed) -> None:
+    """Have a method do ``deed`` from now on, until :func:`calm`."""
+    _deeds[f"{plugin}.{method}"] = deed
+
+
+def calm() -> None:
+    """Have all methods do what they should."""
+    _deeds.clear()
+
+
+def _done(where: str, sound: Any) -> Any:
+    deed = _deeds.get(where)
+    return deed(sound) if deed else sound
+
+
+class Network(toy_plugins.Network):
+    def space(self, scene: SceneInfo) -> Any:
+        return _done("zoo_network.space", super().space(scene))
+
+    def policies(self, genomes: FloatArray) -> Any:
+        return _done("zoo_network.policies", super().policies(genomes))
+
+    def complexity(self, genomes: FloatArray) -> Any:
+        return _done("zoo_network.complexity", super().complexity(genomes))
+
+
+class Linear(toy_plugins.Linear):
+    def start(self, genomes: FloatArray) -> None:
+        super().start(genomes)
+        _done("zoo_linear.start", None)
+
+    def act(self, observations: FloatArray) -> Any:
+        return _done("zoo_linear.act", super().act(observations))
+
+
+class Travel(toy_plugins.Travel):
+    @property
+    def objectives(self) -> Any:  # type: ignore[override]
+        return _done("zoo_travel.objectives", toy_plugins.Travel.objectives)
+
+    @property
+    def channels(self) -> Any:  # type: ignore[override]
+        return _done("zoo_travel.channels", toy_plugins.Travel.channels)
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
+        return _done("zoo_travel.evaluate", super().evaluate(telemetry, genomes, controller))
+
+
+class Search(toy_plugins.Search):
+    def __init__(self, space: GenomeSpace, population: int, objectives: int, rng: np.random.Generator) -> None:
+        super().__init__(space, population, objectives, rng)
+        _done("zoo_search.factory", None)
+
+    def ask(self) -> Any:
+        return _done("zoo_search.ask", super().ask())
+
+    def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
+        super().tell(genomes, costs)
+        _done("zoo_search.tell", None)
+
+    def state(self) -> Any:
+        return _done("zoo_search.state", super().state())
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        super().restore(state)
+        _done("zoo_search.restore", None)
