@@ -60,7 +60,9 @@ def run(main: Callable[[], NoReturn]) -> NoReturn:
 
 def _own_descriptor() -> None:
     """Keep file descriptor 1 from whatever writes to it directly."""
-    with suppress(OSError, AttributeError):  # stdout or stderr is closed
+    if sys.stderr is None:  # descriptor 2 is free: a copy of stdout would get it
+        return
+    with suppress(OSError, AttributeError):  # stdout is closed
         encoding, errors = sys.stdout.encoding, sys.stdout.errors
         sys.stdout = open(  # noqa: SIM115 - for the rest of the process
             os.dup(1), "w", encoding=encoding, errors=errors, buffering=1 if sys.stdout.isatty() else -1
