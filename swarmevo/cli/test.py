@@ -29,9 +29,11 @@ def assess(
     sizes, count = team_sizes(robots), worker_count(workers)
     with Store.open(run) as store, interruptible("nothing was stored") as stop, console.tests() as observe:
         found = assessment.assess(store, sizes, repeats, robustness, count, observe, stop, settings or [])
-    fate = "not stored, being of another world" if found.changes else f"stored in {table_ii.save(found, run)}"
-    if as_json:
-        print(table_ii.as_json(found), file=streams.data())
-    else:
-        console.show_assessment(found)
+    try:
+        if as_json:
+            print(table_ii.as_json(found), file=streams.data())
+        else:
+            console.show_assessment(found)
+    finally:  # printed first, for a run may be read-only; stored even where nobody reads what is printed
+        fate = "not stored, being of another world" if found.changes else f"stored in {table_ii.save(found, run)}"
     say(fate)
