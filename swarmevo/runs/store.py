@@ -44,8 +44,6 @@ from swarmevo.runs.lock import WriterLock
 from swarmevo.runs.reader import StoreReader
 from swarmevo.runs.schema import to_rows
 
-LOCK_FILE: Final = "run.lock"
-
 _PATIENCE: Final = 2.0  # [s] for readers to finish, after a generation
 
 
@@ -122,7 +120,7 @@ class Store(StoreReader):
         with contextlib.ExitStack() as undo, explained(folder):
             lock = None
             if not readonly:
-                lock = WriterLock(folder / LOCK_FILE)
+                lock = WriterLock(_lock_file(folder))
                 undo.callback(lock.release)
             database = undo.enter_context(contextlib.closing(connect(folder, readonly)))
             store = cls(folder, database, lock)
@@ -315,6 +313,12 @@ class Store(StoreReader):
         if verdict != "ok" or self._rows("PRAGMA foreign_key_check"):
             raise StoreError(f"{self.folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}")
         self.check()
+
+
+def _lock_file(folder: Path) -> Path:
+    """Return the place of the lock: beside the database itself, which several folders may have links to."""
+    place = Path(os.path.realpath(folder / DATABASE_FILE))
+    return place.with_name(f"{place.name.removesuffix('.sqlite')}.lock")
 
 
 def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:

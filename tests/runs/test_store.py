@@ -11,7 +11,7 @@ import signal
 import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +26,10 @@ from swarmevo.protocols import Objective
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.schema import SCHEMA_VERSION
-from swarmevo.runs.store import LOCK_FILE, PROVENANCE_FILE, Store
+from swarmevo.runs.store import PROVENANCE_FILE, Store
 
 OBJECTIVES = (Objective("speed", "maximise", (0.0, 2.0)), Objective('size "of" it', "minimise", (-1.0, 1e9)))
+LOCK_FILE = "run.lock"
 ROBOTS = 3
 SEED = 2**63 - 1
 
@@ -405,6 +406,35 @@ def test_the_lock_of_a_file_that_was_removed_is_not_taken(store: Store) -> None:
         with pytest.raises(StoreError, match="is writing it"):
             Store.open(store.folder, readonly=False)
     os.close(stale)
+
+
+def test_folders_with_links_to_one_database_have_one_writer(store: Store, tmp_path: Path) -> None:
+    """Case 12: the lock lay beside the link."""
+    store.close()
+    linked = tmp_path / "linked"
+    linked.mkdir()
+    for name in (CONFIG_FILE, PROVENANCE_FILE, DATABASE_FILE):
+        (linked / name).symlink_to(store.folder / name)
+    for one, other in ((store.folder, linked), (linked, store.folder)):
+        with Store.open(one, readonly=False), pytest.raises(StoreError, match="is writing it"):
+            Store.open(other, readonly=False)
+    with Store.open(linked, readonly=False) as longer:
+        longer.replace_config("seed: 2\n")
+    assert (linked / CONFIG_FILE).is_symlink()
+    assert (store.folder / CONFIG_FILE).read_text() == "seed: 2\n"
+    assert not (linked / LOCK_FILE).exists()
+
+
+def test_databases_in_one_place_have_a_lock_each(tmp_path: Path) -> None:
+    """Case 12."""
+    with ExitStack() as opened:
+        for name in ("a.sqlite", "b.sqlite", "b.lock"):
+            make(tmp_path / name[::-1]).close()
+            database = tmp_path / name[::-1] / DATABASE_FILE
+            database.rename(tmp_path / name)
+            database.symlink_to(tmp_path / name)
+            opened.enter_context(Store.open(database.parent, readonly=False)).append(0, 0, generation(), "{}")
+    assert {path.name for path in tmp_path.iterdir() if path.is_file()} == {"a.sqlite", "b.sqlite", "b.lock"}
 
 
 def test_readers_and_the_writer_do_not_wait_for_each_other(connections: Connections, store: Store) -> None:
