@@ -35,6 +35,10 @@ class StoreError(SwarmevoError):
     """A run folder cannot be made, read or written. What was stored before is intact."""
 
 
+class FolderExistsError(StoreError):
+    """A new run was to be made in a folder that is there already; the folder was not touched."""
+
+
 class OutputError(SwarmevoError):
     """A file cannot be written. What was there before is intact, and nothing new is left."""
 

@@ -55,7 +55,8 @@ def evolve(
     Args:
         config: A YAML file, the name of a packaged configuration, or one already read; None is ``quick``.
         seed: Random seed of the run; drawn and stored if omitted.
-        out: The run folder to make, which must not exist; else ``runs/NAME-DATE-SEED``.
+        out: The run folder to make, which must not exist; else a new ``runs/NAME-DATE-SEED``, with a number
+            behind it where another run has that name.
         set: ``{"section.key": value}``, which win over the configuration.
         workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
         scheduler: Address of a Dask cluster to run on, such as ``tcp://host:8786``, instead of ``workers`` here. The
@@ -76,8 +77,7 @@ def evolve(
         settings, name = team.load_config(os.fspath(config) if config else None, given), Path(config or "quick").stem
     settings = configuration.seeded(settings)
     _backend(scheduler, workers)  # refused before a folder is made
-    folder = Path(out) if out is not None else driver.default_folder(name, settings)
-    driver.begin(folder, settings)
+    folder = driver.begin(out, settings, name=name)
     return resume(folder, workers=workers, scheduler=scheduler, observe=observe, stop=stop)
 
 

@@ -60,9 +60,8 @@ def evolve(
 
     from swarmevo.runs import driver
 
-    folder = out or driver.default_folder(Path(config or "quick").stem, chosen)
     with interruptible("nothing was written") as stop:
-        driver.begin(folder, chosen, stop)
+        folder = driver.begin(out, chosen, stop, Path(config or "quick").stem)
     say(f"run {folder}, seed {chosen.evolution.seed}")
     _go_on(folder, count, scheduler)
 

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
@@ -13,7 +14,7 @@ from typing import Any, Final
 from swarmevo import config as configuration
 from swarmevo import plugins
 from swarmevo.config import Config
-from swarmevo.errors import ConfigError, ExportError, Interrupted, StoreError
+from swarmevo.errors import ConfigError, ExportError, FolderExistsError, Interrupted, StoreError
 from swarmevo.evolution import loop
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.loop import Progress
@@ -29,18 +30,16 @@ _SHOWN_FILES: Final = 3
 """Of a plugin that was changed."""
 
 
-def default_folder(name: str, config: Config) -> Path:
-    """Return the folder of a run that got none: of a configuration's name, the date and the seed."""
-    return Path("runs") / f"{name}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
-
-
-def begin(folder: str | os.PathLike[str], config: Config, stop: Callable[[], bool] = never) -> None:
-    """Make the folder of a new run, ready for :func:`evolve`.
+def begin(
+    folder: str | os.PathLike[str] | None, config: Config, stop: Callable[[], bool] = never, name: str = "run"
+) -> Path:
+    """Make the folder of a new run, ready for :func:`evolve`, and return it.
 
     Args:
-        folder: Must not exist.
+        folder: Must not exist; None: a new one in ``runs``, of the name, the date and the seed.
         config: With a seed (``config.seeded``).
         stop: Asked during the rehearsal.
+        name: Of the configuration.
 
     Raises:
         ConfigError, EvaluationError, PluginError, SimulatorError: The configuration cannot be run; no folder is made.
@@ -54,7 +53,21 @@ def begin(folder: str | os.PathLike[str], config: Config, stop: Callable[[], boo
         check_names(evaluator)
         CheckedOptimiser(config, evaluator, trial=0)  # refuses what cannot be made
         text, origin = configuration.dump(config), origin_of(config, evaluator)
-        Store.create(folder, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
+        for chosen in _default_folders(name, config) if folder is None else [Path(folder)]:
+            try:
+                Store.create(chosen, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
+            except FolderExistsError:
+                if folder is not None:
+                    raise
+            else:
+                break
+    return chosen
+
+
+def _default_folders(name: str, config: Config) -> Iterable[Path]:
+    """Return the folders that a run may be made in which got none: the first, unless another run has just taken it."""
+    first = f"{name}-{datetime.now():%Y%m%d-%H%M%S}-{config.evolution.seed}"
+    return (Path("runs") / (f"{first}-{i}" if i > 1 else first) for i in itertools.count(1))
 
 
 def evolve(

@@ -23,7 +23,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 
-from swarmevo.errors import StoreError
+from swarmevo.errors import FolderExistsError, StoreError
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import checksums, files
@@ -83,14 +83,17 @@ class Store(StoreReader):
             seed: Of everything random in the run.
 
         Raises:
-            StoreError: The folder exists or cannot be written; nothing is left behind.
+            FolderExistsError: The folder exists.
+            StoreError: It cannot be written; nothing is left behind.
         """
         folder = Path(folder)
         with explained(folder):
             try:
                 folder.mkdir(parents=True)
             except FileExistsError as error:
-                raise StoreError(f"{folder}: exists already and is never overwritten; choose another name") from error
+                raise FolderExistsError(
+                    f"{folder}: exists already and is never overwritten; choose another name"
+                ) from error
         try:
             with explained(folder):
                 files.write(folder / CONFIG_FILE, config_yaml)

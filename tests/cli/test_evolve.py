@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import datetime, tzinfo
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ import yaml
 from cli.conftest import SMALL, Swarmevo, files
 from conftest import Distribution
 from swarmevo.evolution.loop import Progress
+from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 from swarmevo.views import console
 
@@ -85,6 +87,33 @@ def test_a_seed_is_drawn_printed_and_stored(swarmevo_: Swarmevo) -> None:
     folder, in_name, seed = printed.groups()
     assert seed == in_name
     assert yaml.safe_load(Path(folder, "config.yaml").read_text())["evolution"]["seed"] == int(seed)
+
+
+def test_runs_begun_in_the_same_second_have_folders_of_their_own(
+    swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case 55: with the same seed, the second and the third have a number behind their names."""
+
+    class Noon(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> Noon:
+            return cls(2026, 1, 2, 12, 0, 0, tzinfo=tz)
+
+    monkeypatch.setattr(driver, "datetime", Noon)
+    begun = [swarmevo_("evolve", "small.yaml", "--seed", 1, "--trials", i) for i in (1, 2, 3)]
+    names = [f"runs/small-20260102-120000-1{number}" for number in ("", "-2", "-3")]
+    assert [done.err.splitlines()[0] for done in begun] == [f"run {name}, seed 1" for name in names]
+    assert [yaml.safe_load(Path(name, "config.yaml").read_text())["evolution"]["trials"] for name in names] == [1, 2, 3]
+
+
+def test_processes_that_begin_together_take_no_folder_of_another(tmp_path: Path) -> None:
+    """Case 55."""
+    (tmp_path / "small.yaml").write_text(SMALL)
+    command = [sys.executable, "-m", "swarmevo", "evolve", "small.yaml", "--seed", "1"]
+    begun = [subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) for _ in range(3)]
+    said = [process.communicate()[1] for process in begun]
+    assert [process.returncode for process in begun] == [0, 0, 0], said
+    assert len(list((tmp_path / "runs").iterdir())) == 3
 
 
 def test_options_and_settings_reach_the_run(swarmevo_: Swarmevo) -> None:
