@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -49,7 +50,7 @@ def evolve(
     count = worker_count(workers)
     if scheduler:
         without_effect(context, "with --scheduler", "workers", "dry_run")
-    if out is not None and out.exists():
+    if out is not None and os.path.lexists(out):
         exit_with(USAGE, f"--out {out}: exists already and is never overwritten; choose another name")
     given = {"optimiser": plugin and json.dumps(plugin), "evolution.seed": seed, "evolution.trials": trials}
     overrides = [f"{key}={value}" for key, value in given.items() if value is not None] + (settings or [])

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -84,7 +85,7 @@ def replay(
 
 def _run_and_individual(text: str) -> tuple[Path, int | None]:
     folder, _, individual = text.rpartition(":")
-    if not Path(text).is_dir() and re.fullmatch("[0-9]{1,100}", individual):
+    if not os.path.isdir(text) and re.fullmatch("[0-9]{1,100}", individual):
         return Path(folder), int(individual)
     return Path(text), None
 

@@ -25,6 +25,7 @@ RUN: Final = "SELECT seed, robots, config_sha256, next_config_sha256, sha256 FRO
 OBJECTIVES: Final = "SELECT name, direction, low, high FROM objective ORDER BY number"
 
 _PAGE_SIZE: Final = 16384  # [bytes]: six of the paper's genomes; of the usual 4 KiB one would leave a third empty
+_LONGEST_PATH: Final = 504  # [bytes] that SQLite takes
 _BUSY_SECONDS: Final = 30.0  # longer than any transaction takes
 
 
@@ -46,7 +47,7 @@ def create_database(
         robots: In the team.
         seed: Of everything random in the run.
     """
-    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as database:
+    with contextlib.closing(sqlite3.connect(_place(path), isolation_level=None)) as database:
         database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
         database.executescript(f"BEGIN; {tables(len(objectives), robots)}")
         database.executemany(
@@ -85,10 +86,11 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
         StoreError: It is not writable, no run of swarmevo, or of another schema version.
     """
     path = folder / DATABASE_FILE
+    place = _place(path)
     if not readonly and not os.access(path, os.W_OK):  # SQLite would open it all the same, to be read only
         raise StoreError(f"{path}: is not writable")
     # mode=rw never makes a file; isolation_level=None leaves the transactions to us.
-    uri = f"file:{quote(str(path.absolute()))}?mode={'ro' if readonly else 'rw'}"
+    uri = f"file:{quote(place)}?mode={'ro' if readonly else 'rw'}"
     database = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_BUSY_SECONDS)
     try:
         database.execute("PRAGMA trusted_schema = OFF")  # a run may come from a stranger
@@ -103,6 +105,22 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
         database.close()
         raise
     return database
+
+
+def _place(path: Path) -> str:
+    """Return where a database lies, which SQLite must be able to name.
+
+    Raises:
+        StoreError: The path is too long.
+    """
+    place = os.path.realpath(path)
+    size, name = len(os.fsencode(place)), len(os.fsencode(os.path.basename(place))) + 1
+    if size > _LONGEST_PATH:
+        raise StoreError(
+            f"{path.parent}: expected a run folder whose whole path has at most {_LONGEST_PATH - name} bytes, which is "
+            f"what SQLite takes, got {size - name}; choose a shorter one"
+        )
+    return place
 
 
 def prepare_to_write(database: sqlite3.Connection) -> None:

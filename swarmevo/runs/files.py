@@ -82,11 +82,13 @@ def folder_made(folder: Path) -> Iterator[None]:
     made = [path for path in (folder, *folder.parents) if not os.path.lexists(path)]
     try:
         with naming(folder):
+            if os.path.lexists(folder) and not os.path.isdir(folder):
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
             folder.mkdir(parents=True, exist_ok=True)
         yield
     except BaseException:
-        with suppress(OSError):
-            for path in made:
+        for path in made:
+            with suppress(OSError):  # not all of them need have been made
                 path.rmdir()
         raise
 

@@ -87,23 +87,22 @@ class Store(StoreReader):
             StoreError: It cannot be written; nothing is left behind.
         """
         folder = Path(folder)
-        with explained(folder):
+        with explained(folder), files.folder_made(folder.parent):
             try:
-                folder.mkdir(parents=True)
+                folder.mkdir()
             except FileExistsError as error:
                 raise FolderExistsError(
                     f"{folder}: exists already and is never overwritten; choose another name"
                 ) from error
-        try:
-            with explained(folder):
+            try:
                 files.write(folder / CONFIG_FILE, config_yaml)
                 files.write(folder / PROVENANCE_FILE, json.dumps(provenance, indent=2) + "\n")
                 digest = checksums.sha256(config_yaml.encode())
                 create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
-            return cls.open(folder, readonly=False)
-        except BaseException:
-            shutil.rmtree(folder, ignore_errors=True)
-            raise
+                return cls.open(folder, readonly=False)
+            except BaseException:
+                shutil.rmtree(folder, ignore_errors=True)
+                raise
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], *, readonly: bool = True) -> Self:
@@ -118,7 +117,7 @@ class Store(StoreReader):
                 somebody else, or its configuration was changed.
         """
         folder = Path(folder)
-        if not (folder / DATABASE_FILE).is_file():
+        if not os.path.isfile(folder / DATABASE_FILE):
             raise StoreError(f"{folder}: expected a run folder, but there is no {DATABASE_FILE} in it")
         with contextlib.ExitStack() as undo, explained(folder):
             lock = None

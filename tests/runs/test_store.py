@@ -149,6 +149,42 @@ def test_a_folder_that_cannot_be_filled_is_removed(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["x" * 300, "new/" + "x" * 300, "new/" + "x" * 300 + "/run"])
+def test_a_name_that_is_too_long_is_one_line_and_leaves_nothing(tmp_path: Path, name: str) -> None:
+    """Case 69: it was a traceback, and parent folders stayed."""
+    with pytest.raises(StoreError, match=r"^[^\n]*: File name too long$"):
+        make(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+    for readonly in (True, False):
+        with pytest.raises(StoreError, match=r"^[^\n]*: expected a run folder, but there is no run.sqlite in it$"):
+            Store.open(tmp_path / name, readonly=readonly)
+
+
+def deep(folder: Path, size: int) -> Path:
+    """Return a path of so many bytes in a folder."""
+    left = size - len(os.fsencode(folder)) - 1
+    return folder / "/".join(["x" * 99] * ((left - 2) // 100) + ["y" * ((left - 2) % 100 + 2)])
+
+
+def test_a_path_that_is_too_long_for_sqlite_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
+    """Case 69: it was "is the folder readable, and writable if the run was killed?"."""
+    told = r"^[^\n]*y: expected a run folder whose whole path has at most 493 bytes, .* got 494; "
+    folder = deep(tmp_path, 494)
+    with pytest.raises(StoreError, match=told):
+        make(folder)
+    assert list(tmp_path.iterdir()) == []
+    with make(deep(tmp_path, 493)) as store:
+        store.append(0, 0, generation(), "{}")
+    store.folder.rename(folder)
+    for readonly in (True, False):
+        with pytest.raises(StoreError, match=told):
+            Store.open(folder, readonly=readonly)
+    (tmp_path / "link").symlink_to(store.folder)
+    folder.rename(store.folder)
+    with Store.open(tmp_path / "link") as store:
+        assert_equal(store.generation(0, 0), generation())
+
+
 # ---- generations -----------------------------------------------------------------------------------------------------
 
 
