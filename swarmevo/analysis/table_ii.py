@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What tests of a run's controllers gave, beside the paper's Table II; and the file that it is stored in.
 
-The file is ``table_ii.json`` in the run folder; a later test replaces it. Tests in another world than that of evolution
-have no file there.
+The file is ``table_ii.json`` in the run folder; a later test replaces it, unless something would be lost. Tests in
+another world than that of evolution have no file there.
 """
 
 from __future__ import annotations
@@ -119,6 +119,18 @@ class Assessment:
         """Whether the run has gone on since."""
         return self.generations != {trial: store.generations(trial) for trial in store.trials()}
 
+    def beyond(self, other: Assessment) -> list[str]:
+        """Return what these tests have and others of the same generations lack, in words; of other generations: []."""
+        if self.generations != other.generations:
+            return []
+        sizes = sorted({row.robots for row in self.rows} - {row.robots for row in other.rows})
+        more = {
+            f"{self.repeats} repeats": self.repeats > other.repeats,
+            f"teams of {', '.join(map(str, sizes))}": bool(sizes),
+            "robustness": bool(self.robustness) and not other.robustness,
+        }
+        return [what for what, holds in more.items() if holds]
+
 
 def outcome(robots: int, homing_time: FloatArray, push_time: FloatArray) -> Outcome:
     """Return the outcome of tests: ``homing_time`` ``(tests, robots)`` and ``push_time`` ``(tests,)``; NaN: never."""
@@ -168,6 +180,15 @@ def save(assessment: Assessment, folder: Path) -> Path:
     file = folder / FILE
     files.write(file, json.dumps(sealed(json.loads(as_json(assessment))), indent=2) + "\n")
     return file
+
+
+def lost_by_saving(assessment: Assessment, folder: Path) -> list[str]:
+    """Return what a run's folder holds that would be lost, in words (:meth:`Assessment.beyond`); a damaged file: []."""
+    try:
+        stored = load(folder)
+    except StoreError:
+        return []
+    return stored.beyond(assessment) if stored else []
 
 
 def sealed(content: dict[str, Any]) -> dict[str, Any]:

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from swarmevo.cli import streams
 from swarmevo.cli.common import AsJson, OtherWorld, Run, Workers, app, interruptible, say, team_sizes, worker_count
+
+if TYPE_CHECKING:
+    from swarmevo.analysis.table_ii import Assessment
 
 
 @app.command("test")
@@ -35,5 +39,17 @@ def assess(
         else:
             console.show_assessment(found)
     finally:  # printed first, for a run may be read-only; stored even where nobody reads what is printed
-        fate = "not stored, being of another world" if found.changes else f"stored in {table_ii.save(found, run)}"
+        fate = _keep(found, run)
     say(fate)
+
+
+def _keep(found: Assessment, run: Path) -> str:
+    """Store what was found, unless it is not the run's or something richer is stored; return what became of it."""
+    from swarmevo.analysis import table_ii
+
+    if found.changes:
+        return "not stored, being of another world"
+    if lost := table_ii.lost_by_saving(found, run):
+        file = run / table_ii.FILE
+        return f"not stored: {file} holds more ({', '.join(lost)}); to store this instead, move that file away"
+    return f"stored in {table_ii.save(found, run)}"

@@ -50,3 +50,41 @@ def test_tests_that_nobody_reads_are_stored(run: Path, swarmevo_: Swarmevo, monk
     monkeypatch.setattr("swarmevo.views.console.show_assessment", refuse)
     assert swarmevo_("test", run, "--robots", "3", "--repeats", 1, "--workers", 1).code == 141
     assert table_ii.load(run) is not None
+
+
+@pytest.mark.parametrize(
+    ("poorer", "more"),
+    [
+        (("--robots", "1-3", "--repeats", 1, "--robustness"), "2 repeats"),
+        (("--robots", "2", "--repeats", 2, "--robustness"), "teams of 1, 3"),
+        (("--robots", "1-3", "--repeats", 2), "robustness"),
+        (("--robots", "4", "--repeats", 1), "2 repeats, teams of 1, 2, 3, robustness"),
+    ],
+)
+def test_richer_tests_are_not_replaced(run: Path, poorer: tuple[object, ...], more: str, swarmevo_: Swarmevo) -> None:
+    """Case 11: the poorer ones are printed, and one line says why they are not stored."""
+    rich = ("test", run, "--robots", "1-3", "--repeats", 2, "--robustness", "--workers", 1)
+    assert swarmevo_(*rich).err.splitlines()[-1] == f"stored in {run / table_ii.FILE}"
+    file = run / table_ii.FILE
+    stored = file.read_bytes()
+    done = swarmevo_("test", run, *poorer, "--workers", 1, "--json")
+    reason = f"not stored: {file} holds more ({more}); to store this instead, move that file away"
+    assert (done.code, done.err.splitlines()[-1]) == (0, reason)
+    assert json.loads(done.out)["repeats"] == poorer[3]
+    assert file.read_bytes() == stored
+
+
+def test_tests_as_rich_of_later_generations_or_of_a_damaged_file_are_stored(run: Path, swarmevo_: Swarmevo) -> None:
+    """Case 11."""
+    file = run / table_ii.FILE
+    said = f"stored in {file}"
+
+    def tested(*options: object) -> str:
+        return swarmevo_("test", run, "--robots", "3", "--workers", 1, *options).err.splitlines()[-1]
+
+    assert [tested("--repeats", 1), tested("--repeats", 1), tested("--repeats", 2)] == [said] * 3
+    assert swarmevo_("resume", run, "--generations", "+1").code == 0
+    assert tested("--repeats", 1) == said
+    file.write_text("{}")
+    assert tested("--repeats", 1) == said
+    assert table_ii.load(run) is not None
