@@ -90,7 +90,7 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
     if not readonly and not os.access(path, os.W_OK):  # SQLite would open it all the same, to be read only
         raise StoreError(f"{path}: is not writable")
     # mode=rw never makes a file; isolation_level=None leaves the transactions to us.
-    uri = f"file:{quote(place)}?mode={'ro' if readonly else 'rw'}"
+    uri = f"file:{quote(os.fsencode(place))}?mode={'ro' if readonly else 'rw'}"
     database = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_BUSY_SECONDS)
     try:
         database.execute("PRAGMA trusted_schema = OFF")  # a run may come from a stranger

@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 
-from cli.conftest import Swarmevo, files
+from cli.conftest import SMALL, Swarmevo, files
+from swarmevo import cli
 
 LONG = "x" * 300
 VERBS = ["resume", "show", "report", "replay", "verify", "test", "export --csv"]
@@ -42,3 +46,24 @@ def test_a_configuration_with_a_name_that_is_too_long_is_one_line(swarmevo_: Swa
         assert done.code == 2
         assert len(done.errors) == 1
     assert files() == before
+
+
+def test_a_path_that_is_no_utf_8_works_in_every_verb(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Case 28: it was a traceback."""
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"caf\xe9")
+    Path(f"{name}.yaml").write_text(SMALL)
+    run = f"{name}/run"
+    for arguments in (
+        ["evolve", f"{name}.yaml", "--out", run, "--seed", "1"],
+        *([*verb.split(), run] for verb in VERBS),
+        ["report", run, "--figures", f"{name}/f"],
+        ["export", run, "--controller", "1", "--out", f"{name}/1.json"],
+    ):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(arguments)
+        assert ended.value.code in (0, None), (arguments, capfd.readouterr().err)
+    assert set(os.listdir(name)) == {"1.json", "f", "run"}
+    assert r"caf\udce9/run/report.html" in capfd.readouterr().out

@@ -185,6 +185,17 @@ def test_a_path_that_is_too_long_for_sqlite_is_one_line_and_leaves_nothing(tmp_p
         assert_equal(store.generation(0, 0), generation())
 
 
+def test_a_path_that_is_no_utf_8_is_a_path_like_any_other(tmp_path: Path) -> None:
+    """Case 28: it was a traceback."""
+    folder = tmp_path / os.fsdecode(b"caf\xe9 %41?#&=")
+    with make(folder) as store:
+        store.append(0, 0, generation(), "{}")
+    for readonly in (True, False):
+        with Store.open(folder, readonly=readonly) as store:
+            assert_equal(store.generation(0, 0), generation())
+    assert os.listdir(os.fsencode(tmp_path)) == [os.fsencode(folder.name)]
+
+
 # ---- generations -----------------------------------------------------------------------------------------------------
 
 
