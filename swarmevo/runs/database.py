@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import contextlib
 import json
+import mmap
 import os
 import re
 import sqlite3
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -123,13 +125,25 @@ def _place(path: Path) -> str:
     return place
 
 
-def prepare_to_write(database: sqlite3.Connection) -> None:
+def prepare_to_write(folder: Path, database: sqlite3.Connection) -> None:
     """Choose how transactions are made, and what is checked in them."""
-    # WAL: a reader never makes the writer wait. Where the file system cannot, SQLite keeps its other journal.
-    with contextlib.suppress(sqlite3.OperationalError):
-        database.execute("PRAGMA journal_mode = WAL")
+    # WAL: a reader never makes the writer wait.
+    if _can_map(Path(_place(folder / DATABASE_FILE)).parent):
+        with contextlib.suppress(sqlite3.OperationalError):
+            database.execute("PRAGMA journal_mode = WAL")
     database.execute(RUN).fetchall()  # SQLite empties no log before something was read
     database.execute("PRAGMA foreign_keys = ON")  # off by default
+
+
+def _can_map(folder: Path) -> bool:
+    """Return whether files in a folder can be mapped for several processes; SQLite finds out in a transaction only."""
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.truncate(mmap.PAGESIZE)
+            mmap.mmap(file.fileno(), mmap.PAGESIZE).close()
+    except OSError:
+        return False
+    return True
 
 
 def empty_wal(database: sqlite3.Connection, patience: float) -> bool:

@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 import socket
 from pathlib import Path
+from typing import Final
 
 from swarmevo.errors import StoreError
+
+_NO_LOCKS: Final = {errno.ENOSYS, errno.ENOTSUP, errno.ENOLCK}
 
 
 class WriterLock:
@@ -35,9 +39,14 @@ class WriterLock:
                 owner = os.read(handle, 200).decode(errors="replace") or "another process"
                 os.close(handle)
                 raise StoreError(f"{self._path.parent}: {owner} is writing it; wait for that, or stop it") from error
-            except OSError:
+            except OSError as error:
                 os.close(handle)
-                raise
+                if error.errno not in _NO_LOCKS:
+                    raise
+                raise StoreError(
+                    f"{self._path.parent}: expected a file system with locks (flock), to keep a second writer out, but "
+                    "this one has none; mount it with locks, or put the run on another one"
+                ) from error
             if self._is_still_there(handle):
                 return handle
             os.close(handle)  # its last owner removed the file while we waited at it: try the new one

@@ -128,7 +128,7 @@ class Store(StoreReader):
             store = cls(folder, database, lock)
             if not readonly:
                 store._check_intact()
-                prepare_to_write(database)
+                prepare_to_write(folder, database)
                 store._settle_config()
                 store._settle_wal(patience=0.0)
             undo.pop_all()

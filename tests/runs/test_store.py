@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import fcntl
 import json
+import mmap
 import multiprocessing
 import os
 import shutil
@@ -500,6 +502,35 @@ def test_readers_and_the_writer_do_not_wait_for_each_other(connections: Connecti
 def test_a_reader_cannot_write(store: Store) -> None:
     with Store.open(store.folder) as reader, pytest.raises(StoreError, match="opened to be read only"):
         reader.append(0, 0, generation(), "{}")
+
+
+def test_where_nothing_can_be_mapped_the_rollback_journal_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, connections: Connections
+) -> None:
+    """Case 56: SQLite takes WAL for chosen there, and the next transaction fails."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+
+    monkeypatch.setattr(mmap, "mmap", refuse)
+    with make(tmp_path / "run") as store:
+        store.append(0, 0, generation(), "{}")
+        assert connections[-1].execute("PRAGMA journal_mode").fetchone() == ("delete",)
+        with Store.open(store.folder) as reader:
+            assert_equal(reader.generation(0, 0), generation())
+
+
+@pytest.mark.parametrize("code", [errno.ENOSYS, errno.ENOTSUP, errno.ENOLCK])
+def test_a_file_system_without_locks_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int) -> None:
+    """Case 56: it was "Function not implemented"."""
+
+    def refuse(*_: object) -> None:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    with pytest.raises(StoreError, match=r"^[^\n]*run: expected a file system with locks \(flock\)"):
+        make(tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
 
 
 # ---- folders that are not as they should be --------------------------------------------------------------------------
