@@ -24,11 +24,12 @@ import zoo_plugins
 from conftest import installer
 from swarmevo.cli.common import StopOnSignal
 from swarmevo.cli.process import own_stdout
-from swarmevo.errors import Interrupted, SwarmevoError
+from swarmevo.errors import Interrupted, ReplayError, SwarmevoError
 from swarmevo.evolution.loop import Progress
 from swarmevo.protocols import GenomeSpace
 from swarmevo.runs import driver, verification
 from swarmevo.runs.store import Store
+from swarmevo.views.replay import episode as replay_episode
 from zoo_plugins import Deed
 
 METHODS = {
@@ -166,6 +167,24 @@ def test_what_a_plugin_raises_is_its_fault(
     """Cases 1, 7, 9 and 29."""
     deed, told = RAISED[raised]
     assert_fault(tmp_path / "run", plugin, method, deed, told, sound[plugin])
+
+
+def test_the_replay_of_a_failed_episode_is_its_stored_reason(tmp_path: Path) -> None:
+    """Case 8."""
+    calls: list[None] = []
+
+    def every_other_time(sound: Any) -> Any:
+        calls.append(None)
+        return sound if len(calls) % 2 else raising(KeyError("nobody"))(sound)
+
+    begin(tmp_path / "run", "zoo_travel", "evaluate", every_other_time, on_fault="worst")
+    go_on(tmp_path / "run")
+    with Store.open(tmp_path / "run") as store:
+        faults = store.generation(0, 1).episodes.faults
+        (failed,) = [int(id) for id, fault in zip(store.genome_ids(0, 1), faults, strict=True) if fault]
+        chosen = replay_episode.choose(store, failed, 1)
+        with pytest.raises(ReplayError, match=r"the stored episode failed: .*zoo_travel .*KeyError: 'nobody'; choose"):
+            replay_episode.replay(store, chosen)
 
 
 # ---- what is returned ------------------------------------------------------------------------------------------------

@@ -37,6 +37,8 @@ class Chosen:
     """Of its trajectory, as stored."""
     session: int
     """That ran it."""
+    fault: str
+    """Why it failed, as stored; empty: it did not."""
 
 
 # ---- which episode ---------------------------------------------------------------------------------------------------
@@ -69,7 +71,8 @@ def choose(store: Store, genome: int | None = None, generation: int | None = Non
         raise ReplayError(f"{store.folder}: expected a repeat from 0 to {repeats - 1}, got {repeat}")
     key = EpisodeKey(store.seed, trial, number, repeat)
     at = (places[0], repeat)
-    return Chosen(genome, stored.genomes[places[0]], key, int(hashes[at]), int(sessions[at]))
+    fault = stored.episodes.faults[int(places[0]) * repeats + repeat]
+    return Chosen(genome, stored.genomes[places[0]], key, int(hashes[at]), int(sessions[at]), fault)
 
 
 def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
@@ -96,8 +99,14 @@ def replay(store: Store, chosen: Chosen, force: bool = False) -> tuple[Recording
         The recording, and a warning: empty if it is the stored episode to the last bit.
 
     Raises:
-        ReplayError: It is another one, and not ``force``.
+        EvaluationError: It fails now.
+        ReplayError: It failed when it was run, or it is another one; ``force`` tries the former and shows the latter.
     """
+    if chosen.fault and not force:
+        raise ReplayError(
+            f"individual {chosen.genome}, repeat {chosen.key.repeat}: nothing to show, the stored episode failed: "
+            f"{chosen.fault}; choose another one with --repeat or --generation"
+        )
     recording = record(store.config, chosen.genes, [chosen.key], threads=1)
     found = int(recording.episodes.hash[0])
     if found == chosen.hash:
