@@ -26,6 +26,8 @@ TEST_PACKAGES := doctest-dev chromium
 LINT_PACKAGES := clang-format
 FUZZ_PACKAGES := clang libclang-rt-dev
 FUZZ_SECONDS ?= 20
+# 0: another one each time.
+FUZZ_SEED ?= 0
 
 CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
@@ -93,7 +95,7 @@ fuzz-native: build/system-fuzz
 	for target in scene network batch; do \
 	  mkdir -p build/fuzz/corpus/$$target; \
 	  ASAN_OPTIONS=allocator_may_return_null=1 UBSAN_OPTIONS=halt_on_error=1 build/fuzz/fuzz_$$target \
-	    -max_total_time=$(FUZZ_SECONDS) -max_len=1000 -timeout=20 -verbosity=0 -print_final_stats=1 \
+	    -seed=$(FUZZ_SEED) -max_total_time=$(FUZZ_SECONDS) -max_len=1000 -timeout=20 -verbosity=0 -print_final_stats=1 \
 	    -artifact_prefix=build/fuzz/$$target- build/fuzz/corpus/$$target native/fuzz/corpus/$$target; \
 	done
 

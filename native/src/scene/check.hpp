@@ -22,6 +22,10 @@ class Check {
     void fail(const std::string& message) { errors_ += (errors_.empty() ? "" : "; ") + message; }
 
     bool range(const std::string& field, double value, double low, double high, const char* unit) {
+        if (std::fpclassify(value) == FP_SUBNORMAL) {  // has few digits: solvers do not converge
+            fail(field + ": expected 0 or a number that arithmetic resolves, got " + number(value) + ": set 0");
+            return false;
+        }
         if (value >= low && value <= high) return true;  // false for NaN
         const std::string came = std::isnan(value) ? "not a number (not set?)" : number(value);
         const std::string space = *unit ? " " : "";

@@ -200,6 +200,18 @@ TEST_CASE("a robot that falls on its side as it skids is left to the articulated
     CHECK(errors_of(fixture.config) == "");
 }
 
+TEST_CASE("a number with too few digits to compute with is refused") {
+    Fixture fixture;
+    for (double* value : {&fixture.config.physics.wheel_friction, &fixture.config.noise.rf}) {
+        *value = 7.6e-321;
+        CHECK(names(errors_of(fixture.config), "expected 0 or a number that arithmetic resolves"));
+        *value = std::numeric_limits<double>::min();
+        CHECK(errors_of(fixture.config) == "");
+        *value = 0;
+        CHECK(errors_of(fixture.config) == "");
+    }
+}
+
 TEST_CASE("the articulated drive takes small steps and sprung bumpers") {
     Fixture fixture;
     fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
