@@ -149,6 +149,19 @@ def test_several_runs_need_a_file(run: Path, capsys: pytest.CaptureFixture[str])
     assert "--html" in err
 
 
+def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path) -> None:
+    """Case 58: the figures of the first run were overwritten, and both runs were called alike."""
+    folders = [tmp_path / name for name in ("x/a", "y/a", "y/a-2")]
+    for folder in folders:
+        shutil.copytree(run, folder)
+    assert report.names(folders) == ["a", "a-3", "a-2"]
+    found = re.findall(r"<h1[^>]*>([^<]*)</h1>", report.page(folders[:2]))
+    assert [name.strip() for name in found] == ["a", "a-2"]
+    files = report.write_figures(folders[:2], tmp_path / "figures")
+    assert {file.parent.name for file in files} == {"a", "a-2"}
+    assert len(set(files)) == len(files)
+
+
 def test_a_file_that_cannot_be_written_is_named(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "taken").write_text("")
     code, _, err = command(capsys, "report", run, "--html", tmp_path / "taken" / "report.html")

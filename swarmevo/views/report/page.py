@@ -8,6 +8,7 @@ escaped by the templates.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
@@ -46,16 +47,27 @@ def write(folders: Sequence[Path], file: Path, observe: Callable[[str], None] = 
 
 def write_figures(folders: Sequence[Path], folder: Path) -> list[Path]:
     """Write the figures of runs as PDF and PNG, of several runs each into a folder of its own; return the files."""
-    several = len(folders) > 1
-    return [file for run in folders for file in figures.write(run, folder / run.resolve().name if several else folder)]
+    places = [folder / name for name in names(folders)] if len(folders) > 1 else [folder]
+    return [file for run, place in zip(folders, places, strict=True) for file in figures.write(run, place)]
+
+
+def names(folders: Sequence[Path]) -> list[str]:
+    """Return what runs are called: as their folders, with a number behind it where another one is called so."""
+    own = [folder.resolve().name for folder in folders]
+    found: list[str] = []
+    for i, name in enumerate(own):
+        others = {*found, *(own if name in own[:i] else [])}
+        numbered = (f"{name}-{number}" for number in itertools.count(2))
+        found.append(next(one for one in itertools.chain([name], numbered) if one not in others))
+    return found
 
 
 def page(folders: Sequence[Path], observe: Callable[[str], None] = lambda what: None) -> str:
     """Return the report of runs as HTML."""
     articles, embedded = [], []
-    for number, folder in enumerate(folders):
+    for number, (folder, name) in enumerate(zip(folders, names(folders), strict=True)):
         with Store.open(folder) as store:
-            run = Run.of(store, number, observe)
+            run = Run.of(store, number, name, observe)
             observe(f"{run.name}: figures")
             articles.append(article(store, run))
             embedded.append(data(store, run))

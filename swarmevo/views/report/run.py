@@ -42,7 +42,7 @@ class Run:
     """(trial, genome): an episode for the player."""
 
     @classmethod
-    def of(cls, store: Store, number: int, observe: Callable[[str], None]) -> Run:
+    def of(cls, store: Store, number: int, name: str, observe: Callable[[str], None]) -> Run:
         """Read a run and simulate its controllers' episodes once more.
 
         Raises:
@@ -51,7 +51,6 @@ class Run:
         summary = fronts.summarise(store)
         if not summary.front:
             raise StoreError(f"{store.folder}: expected at least one generation to report, but none is stored yet")
-        name = store.folder.resolve().name
         best = {(point.trial, point.genome) for point in summary.front}
         points = [point for trial in summary.trials for point in trial.front]
         replayed = sorted(points, key=lambda point: (point.trial, point.genome) not in best)[:MOST_REPLAYS]
