@@ -22,11 +22,11 @@ class Check {
     void fail(const std::string& message) { errors_ += (errors_.empty() ? "" : "; ") + message; }
 
     bool range(const std::string& field, double value, double low, double high, const char* unit) {
-        if (std::fpclassify(value) == FP_SUBNORMAL) {  // has few digits: solvers do not converge
+        if (value >= low && value <= high) {                          // false for NaN
+            if (std::fpclassify(value) != FP_SUBNORMAL) return true;  // has few digits: solvers do not converge
             fail(field + ": expected 0 or a number that arithmetic resolves, got " + number(value) + ": set 0");
             return false;
         }
-        if (value >= low && value <= high) return true;  // false for NaN
         const std::string came = std::isnan(value) ? "not a number (not set?)" : number(value);
         const std::string space = *unit ? " " : "";
         fail(field + ": expected " + number(low) + " to " + number(high) + space + unit + ", got " + came);
