@@ -13,10 +13,12 @@ resumed.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import queue
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
@@ -203,8 +205,26 @@ def _connect(address: str) -> Client:
         raise ClusterError("--scheduler needs Dask: pip install 'swarmevo[dask]'") from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters comes as an error of one line
     try:
+        with ThreadPoolExecutor(1) as thread:  # a notebook has an event loop in its own
+            thread.submit(asyncio.run, _greet(address)).result()
         return Client(address, timeout=CONNECT_SECONDS, set_as_default=False, name="swarmevo")
     except TypeError as error:  # so Dask says that it has no certificates
         raise ClusterError(f"{address}: expected certificates in Dask's configuration: {one_line(error)}") from error
     except (OSError, ValueError, TimeoutError) as error:
         raise ClusterError(f"{address}: no Dask scheduler answers; start one with: dask scheduler") from error
+
+
+async def _greet(address: str) -> None:
+    """Exchange greetings with a scheduler: a client would wait for those of any other server for ever.
+
+    Raises:
+        OSError, TimeoutError: It did not answer as one.
+        TypeError: There are no certificates.
+        ValueError: It is no address.
+    """
+    from distributed import Security
+    from distributed.comm import connect
+
+    async with asyncio.timeout(CONNECT_SECONDS):
+        comm = await connect(address, CONNECT_SECONDS, **Security().get_connection_args("client"))
+        await comm.close()

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import socket
 import sqlite3
 import subprocess
 import sys
@@ -318,3 +319,12 @@ def test_a_scheduler_behind_tls_needs_certificates() -> None:
     """Case 72."""
     with pytest.raises(ClusterError, match="expected certificates in Dask's configuration"):
         cluster.backend("tls://127.0.0.1:1", print)(settings().model_dump_json(), 1)
+
+
+def test_another_servers_port_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Case 72: what takes connections but is no scheduler, such as the dashboard, was waited for without an end."""
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with pytest.raises(ClusterError, match="no Dask scheduler answers"):
+            cluster.backend(address, print)(settings().model_dump_json(), 1)
