@@ -27,9 +27,10 @@ from swarmevo.cli.process import own_stdout
 from swarmevo.errors import Interrupted, ReplayError, SwarmevoError
 from swarmevo.evolution.loop import Progress
 from swarmevo.protocols import GenomeSpace
-from swarmevo.runs import driver, verification
+from swarmevo.runs import driver, export, verification
 from swarmevo.runs.store import Store
 from swarmevo.views.replay import episode as replay_episode
+from swarmevo.views.report import page as report
 from zoo_plugins import Deed
 
 METHODS = {
@@ -185,6 +186,31 @@ def test_the_replay_of_a_failed_episode_is_its_stored_reason(tmp_path: Path) -> 
         chosen = replay_episode.choose(store, failed, 1)
         with pytest.raises(ReplayError, match=r"the stored episode failed: .*zoo_travel .*KeyError: 'nobody'; choose"):
             replay_episode.replay(store, chosen)
+
+
+@pytest.mark.parametrize("plugin", ["zoo_network", "zoo_travel"])
+def test_a_report_of_failed_episodes_tells_their_reasons(tmp_path: Path, plugin: str) -> None:
+    """Case 8: the whole page was lost to a plugin that failed again."""
+    method = {"zoo_network": "policies", "zoo_travel": "evaluate"}[plugin]
+    begin(tmp_path / "run", plugin, method, lambda sound: sound)
+    go_on(tmp_path / "run")
+    zoo_plugins.misbehave(plugin, method, raising(KeyError("no<body>")))
+    page = report.page([tmp_path / "run"])
+    assert "no replay, the episode failed" in page
+    assert "No figures: a fresh test failed: individual " in page
+    assert "KeyError: &#39;no&lt;body&gt;&#39;" in page
+    assert "no<body>" not in page
+
+
+def test_the_export_of_a_failing_controller_is_one_line(tmp_path: Path) -> None:
+    """Case 8."""
+    begin(tmp_path / "run", "zoo_network", "policies", lambda sound: sound)
+    go_on(tmp_path / "run")
+    zoo_plugins.misbehave("zoo_network", "policies", raising(KeyError("nobody")))
+    with Store.open(tmp_path / "run") as store:
+        for make in (lambda: export.controller(store, 1), lambda: export.source(store, 1, "epuck")):
+            with pytest.raises(SwarmevoError, match=r"zoo_network .*policies raised KeyError: 'nobody'"):
+                make()
 
 
 # ---- what is returned ------------------------------------------------------------------------------------------------

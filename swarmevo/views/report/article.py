@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ from markupsafe import Markup
 
 from swarmevo.analysis import assessment
 from swarmevo.analysis.fronts import FrontPoint
+from swarmevo.errors import EvaluationError
 from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html, text
@@ -51,6 +53,8 @@ class Article:
     """Of the points whose controllers are networks."""
     evolution: list[Figure]
     behaviour: list[Figure]
+    behaviour_fault: str
+    """Why there are none of them: a test failed; else empty."""
     stale: bool
     """The run has gone on since its tests."""
     table_ii: Table | None
@@ -67,6 +71,7 @@ class Article:
 def article(store: Store, run: Run) -> Article:
     """Return what is shown of a run."""
     tests = run.tests
+    behaviour, fault = _behaviour(store)
     return Article(
         run=run,
         tiles=list(_tiles(run)),
@@ -74,7 +79,8 @@ def article(store: Store, run: Run) -> Article:
         front=tables.front(run),
         networks=list(_networks(store, run)),
         evolution=list(_evolution(store)),
-        behaviour=list(_behaviour(store)),
+        behaviour=behaviour,
+        behaviour_fault=fault,
         stale=tests is not None and tests.is_stale(store),
         table_ii=tables.table_ii(tests) if tests else None,
         robustness=tables.robustness(tests) if tests else None,
@@ -110,8 +116,9 @@ def _figure(picture: figures.Picture, caption: str) -> Figure:
 
 def _networks(store: Store, run: Run) -> Iterator[tuple[FrontPoint, Markup]]:
     for point in run.points:
-        if figures.has_network(store.config, store.genome(point.genome)):
-            yield point, html.drawing(figures.svg(figures.network(store, point.genome)))
+        with suppress(EvaluationError):  # the controller fails now: the point has no replay, and says why
+            if figures.has_network(store.config, store.genome(point.genome)):
+                yield point, html.drawing(figures.svg(figures.network(store, point.genome)))
 
 
 def _evolution(store: Store) -> Iterator[Figure]:
@@ -124,18 +131,23 @@ def _evolution(store: Store) -> Iterator[Figure]:
         yield _figure(figures.attainment(store), caption)
 
 
-def _behaviour(store: Store) -> Iterator[Figure]:
+def _behaviour(store: Store) -> tuple[list[Figure], str]:
+    """Return figures of the best controller's fresh tests; or none, and why one of these failed."""
     best, _ = assessment.watched(store)
-    seen = assessment.watch(store, best)
-    yield _figure(
+    try:
+        seen = assessment.watch(store, best)
+    except EvaluationError as error:
+        return [], f"individual {best}: {error}"
+    paths = _figure(
         figures.paths(seen),
         f"Paths of individual {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
         "star and dotted circle: the emitter and its range; green: the target wall.",
     )
-    yield _figure(
+    occupancy = _figure(
         figures.occupancy(seen),
         "Where its robots spend their time. Outlines: the box at the end of each test.",
     )
+    return [paths, occupancy], ""
 
 
 # ---- where it comes from ---------------------------------------------------------------------------------------------

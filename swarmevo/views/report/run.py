@@ -11,7 +11,7 @@ from typing import Any, Final
 from swarmevo.analysis import fronts, table_ii
 from swarmevo.analysis.fronts import FrontPoint, Summary
 from swarmevo.analysis.table_ii import Assessment, Tested
-from swarmevo.errors import StoreError
+from swarmevo.errors import EvaluationError, StoreError
 from swarmevo.runs.store import Store
 from swarmevo.views import text
 from swarmevo.views.replay import data as replay_data
@@ -40,6 +40,8 @@ class Run:
     """(trial, genome) of those on the front over all trials."""
     episodes: dict[tuple[int, int], dict[str, Any]]
     """(trial, genome): an episode for the player."""
+    faults: dict[tuple[int, int], str]
+    """(trial, genome): why there is none, for it failed."""
 
     @classmethod
     def of(cls, store: Store, number: int, name: str, observe: Callable[[str], None]) -> Run:
@@ -54,11 +56,15 @@ class Run:
         best = {(point.trial, point.genome) for point in summary.front}
         points = [point for trial in summary.trials for point in trial.front]
         replayed = sorted(points, key=lambda point: (point.trial, point.genome) not in best)[:MOST_REPLAYS]
-        episodes = {}
+        episodes, faults = {}, {}
         for i, point in enumerate(replayed, 1):
             observe(f"{name}: replay {i} of {len(replayed)}")
-            episodes[point.trial, point.genome] = _episode(store, point)
-        return cls(number, name, summary, table_ii.load(store.folder), points, best, episodes)
+            chosen = replay_episode.choose(store, point.genome, point.last_generation)
+            try:
+                episodes[point.trial, point.genome] = _episode(store, chosen)
+            except EvaluationError as error:
+                faults[point.trial, point.genome] = chosen.fault or str(error)
+        return cls(number, name, summary, table_ii.load(store.folder), points, best, episodes, faults)
 
     def tested(self, point: FrontPoint) -> Tested | None:
         """Return what the tests say of a point, if it was tested."""
@@ -66,12 +72,11 @@ class Run:
         return next((one for one in controllers if (one.trial, one.genome) == (point.trial, point.genome)), None)
 
 
-def _episode(store: Store, point: FrontPoint) -> dict[str, Any]:
-    """Return the last stored episode of a point, simulated once more; where the bits differ it says so itself."""
-    chosen = replay_episode.choose(store, point.genome, point.last_generation)
+def _episode(store: Store, chosen: replay_episode.Chosen) -> dict[str, Any]:
+    """Return a stored episode, simulated once more; where the bits differ it says so itself."""
     recording, warning = replay_episode.replay(store, chosen, force=True)
-    where = f"trial {point.trial}, generation {chosen.key.generation}"
-    return replay_data.data(recording, f"Individual {point.genome}", where, warning, REPLAY_BYTES)
+    where = f"trial {chosen.key.trial}, generation {chosen.key.generation}"
+    return replay_data.data(recording, f"Individual {chosen.genome}", where, warning, REPLAY_BYTES)
 
 
 # ---- for the page's script -------------------------------------------------------------------------------------------
@@ -98,9 +103,13 @@ def _point(store: Store, run: Run, point: FrontPoint) -> dict[str, Any]:
         "values": list(point.objectives.values()),
         "front": key in run.best,
         "episode": list(run.episodes).index(key) if key in run.episodes else None,
-        "facts": _facts(store, point, run.tested(point)),
+        "facts": [*_facts(store, point, run.tested(point)), *_no_replay(run.faults.get(key))],
         "command": f"swarmevo replay {shlex.quote(f'{store.folder}:{point.genome}')}",
     }
+
+
+def _no_replay(fault: str | None) -> list[tuple[str, str]]:
+    return [] if fault is None else [("no replay, the episode failed", fault)]
 
 
 def _facts(store: Store, point: FrontPoint, tested: Tested | None) -> list[tuple[str, str]]:
