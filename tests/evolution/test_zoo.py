@@ -7,6 +7,7 @@ that. Then the plugin is repaired, and the run has to end with the bits of one t
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import re
 import signal
@@ -324,7 +325,14 @@ def is_killed(sound: Any) -> Any:
     return sound
 
 
-HARMLESS = [prints, moves, starts_a_daemon, forks_and_exits, forks_and_returns, forks_and_raises, is_killed]
+def has_a_pool(sound: Any) -> Any:
+    """Case 53: leaving the pool sends its processes SIGTERM, and waits for them."""
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        assert pool.map(abs, [-1, -2]) == [1, 2]
+    return sound
+
+
+HARMLESS = [prints, moves, starts_a_daemon, forks_and_exits, forks_and_returns, forks_and_raises, is_killed, has_a_pool]
 
 
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # that it forks with threads
