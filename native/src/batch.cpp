@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "batch.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <new>
 #include <utility>
@@ -14,6 +18,28 @@ namespace {
 EpisodeKey key_of(const swe_episode& e) {
     return {e.seed, e.trial, e.generation, e.repeat};
 }
+
+// The episode whose policies this thread runs.
+thread_local const swe_episode* running = nullptr;
+
+// A plugin's compiled policy may call exit(): the process would end as if all were well.
+void name_episode_at_exit() {
+    if (!running) return;
+    std::fprintf(stderr, "error: trial %u, generation %u, repeat %u: a compiled policy ended the process\n",
+                 running->trial, running->generation, running->repeat);
+    _exit(EXIT_FAILURE);
+}
+
+class Running {
+  public:
+    explicit Running(const swe_episode& episode) {
+        [[maybe_unused]] static const int registered = std::atexit(name_episode_at_exit);
+        running = &episode;
+    }
+    ~Running() { running = nullptr; }
+    Running(const Running&) = delete;
+    Running& operator=(const Running&) = delete;
+};
 
 // Runs each robot's policy until the episode is over.
 void run_episode(Episode& episode, const Scene& scene, const swe_policy* policies,
@@ -76,6 +102,7 @@ void Batch::run(swe_outcome* outcomes, double* homing_times, const std::vector<R
         std::unique_ptr<Episode> episode;
         attempt(i, [&] {
             episode = std::make_unique<Episode>(*scene_, key_of(episodes[i]), records[i]);
+            const Running named(episodes[i]);
             run_episode(*episode, *scene_, policies, robot_policies + i * scene_->robots);
         });
         outcomes[i] = finish(i, episode.get(), homing_times + i * scene_->robots);

@@ -6,6 +6,9 @@ import ctypes
 import math
 import pickle
 import re
+import shutil
+import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
@@ -366,6 +369,30 @@ def test_a_compiled_function_takes_the_networks_place() -> None:
     assert np.all(commands[0, :5, :, 1] == 0.25)
     assert np.all(commands[0, 5:, :, 1] == 0)
     assert np.all(commands[1, :5, :, 1] == 1)
+
+
+def test_a_compiled_function_that_exits_is_told(tmp_path: Path) -> None:
+    """Case 1: the process ended with rc 0 and without a word."""
+    (tmp_path / "exits.c").write_text("#include <stdlib.h>\nvoid drive(void) { exit(0); }\n")
+    compiler = shutil.which("gcc") or shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    subprocess.run([compiler, "-shared", "-fPIC", "exits.c", "-o", "exits.so"], cwd=tmp_path, check=True)
+    program = f"""
+import ctypes, numpy as np
+from swarmevo.config import Config
+from swarmevo.protocols import Compiled
+from swarmevo.simulation import EpisodeKey, Scene, simulate
+drive = ctypes.cast(ctypes.CDLL({str(tmp_path / "exits.so")!r}).drive, ctypes.c_void_p).value
+keys = [EpisodeKey(7, 1, 2, repeat) for repeat in (3, 4)]
+simulate(Scene(Config()), Compiled(drive, np.zeros((1, 1))), keys, np.zeros((2, 5), dtype=np.uint32), threads=THREADS)
+"""
+    for threads in (1, 2):
+        code = program.replace("THREADS", str(threads))
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 1
+        told = r"error: trial 1, generation 2, repeat [34]: a compiled policy ended the process\n"
+        assert re.search(told, done.stderr)
 
 
 @pytest.mark.parametrize(
