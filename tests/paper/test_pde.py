@@ -103,6 +103,17 @@ def on_a_grid(genomes, space, generation):
     return np.column_stack([x, -x.sum(axis=1)])
 
 
+def side_by_side(pde, reference, costs, space, generations):
+    """Run both implementations and yield after each generation, in which they asked for the same genomes."""
+    for generation in range(generations):
+        genomes = pde.ask()
+        np.testing.assert_array_equal(genomes, reference.ask())
+        values = costs(genomes, space, generation)
+        pde.tell(genomes, values)
+        reference.tell(values)
+        yield generation
+
+
 RATES = [(0.7, 0.01, 0.01), (0.3, 0.2, 0.5), (0.0, 0.0, 0.0), (1.0, 1.0, 0.1)]
 
 
@@ -133,13 +144,8 @@ def test_second_implementation_makes_the_same_children(costs, rates, reevaluate)
         ours, theirs = generator(seed), generator(seed)
         pde = PDE(space, population, objectives, ours, **keywords)
         reference = ReferencePDE(population, hidden, theirs, **keywords)
-        for generation in range(20):
-            genomes, expected = pde.ask(), reference.ask()
-            np.testing.assert_array_equal(genomes, expected)
+        for _ in side_by_side(pde, reference, costs, space, generations=20):
             assert ours.bit_generator.state == theirs.bit_generator.state
-            values = costs(genomes, space, generation)
-            pde.tell(genomes, values)
-            reference.tell(values)
 
 
 @pytest.mark.parametrize("front", [0.0, 0.5, 0.7])
@@ -150,14 +156,7 @@ def test_second_implementation_thins_the_front_alike(costs, front):
     objectives = costs(np.zeros((1, space.size)), space, 0).shape[1]
     pde = PDE(space, 12, objectives, generator(), front=front)
     reference = ReferencePDE(12, 2, generator(), front=front)
-    sizes = []
-    for generation in range(30):
-        genomes = pde.ask()
-        np.testing.assert_array_equal(genomes, reference.ask())
-        values = costs(genomes, space, generation)
-        pde.tell(genomes, values)
-        reference.tell(values)
-        sizes.append(reference.n_retained)
+    sizes = [reference.n_retained for _ in side_by_side(pde, reference, costs, space, generations=30)]
     assert max(sizes) == reference.most  # it was thinned
 
 
@@ -165,12 +164,7 @@ def test_second_implementation_thins_the_front_alike(costs, front):
 def test_second_implementation_agrees_over_the_papers_hundred_generations(costs):
     pde = PDE(PAPER, 30, 2, generator())
     reference = ReferencePDE(30, 15, generator(), 0.7, 0.01, 0.01, "accumulate")
-    for generation in range(100):
-        genomes = pde.ask()
-        np.testing.assert_array_equal(genomes, reference.ask())
-        values = costs(genomes, PAPER, generation)
-        pde.tell(genomes, values)
-        reference.tell(values)
+    assert len(list(side_by_side(pde, reference, costs, PAPER, generations=100))) == 100
 
 
 # ---- step 2.0: the initial population --------------------------------------------------------------------------------
