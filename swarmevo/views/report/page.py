@@ -35,7 +35,7 @@ def write(folders: Sequence[Path], file: Path, observe: Callable[[str], None] = 
         observe: Told what is being done, one line each.
 
     Raises:
-        EvaluationError: An episode failed.
+        EvaluationError: The controller takes genomes of another size.
         StoreError: A run cannot be read.
         OutputError: The file cannot be written.
     """

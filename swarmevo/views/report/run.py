@@ -8,10 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from swarmevo.analysis import fronts, table_ii
 from swarmevo.analysis.fronts import FrontPoint, Summary
 from swarmevo.analysis.table_ii import Assessment, Tested
 from swarmevo.errors import EvaluationError, StoreError
+from swarmevo.plugins.team import Team
 from swarmevo.runs.store import Store
 from swarmevo.views import text
 from swarmevo.views.replay import data as replay_data
@@ -48,6 +51,7 @@ class Run:
         """Read a run and simulate its controllers' episodes once more.
 
         Raises:
+            EvaluationError: The controller takes genomes of another size.
             StoreError: It has no generation yet.
         """
         summary = fronts.summarise(store)
@@ -55,6 +59,9 @@ class Run:
             raise StoreError(f"{store.folder}: expected at least one generation to report, but none is stored yet")
         best = {(point.trial, point.genome) for point in summary.front}
         points = [point for trial in summary.trials for point in trial.front]
+        team = Team(store.config)
+        for point in points:  # what another version of a plugin evolved is no single episode's fault
+            team.check(store.genome(point.genome)[np.newaxis])
         replayed = sorted(points, key=lambda point: (point.trial, point.genome) not in best)[:MOST_REPLAYS]
         episodes, faults = {}, {}
         for i, point in enumerate(replayed, 1):
