@@ -53,7 +53,7 @@ class Block:
     @property
     def size(self) -> int:
         """Number of entries."""
-        return int(np.prod(self.shape, dtype=int))
+        return int(math.prod(self.shape))
 
     def _index_along_unit_axis(self) -> IntArray:
         along: IntArray = np.indices(self.shape)[self.unit_axis].ravel().astype(np.intp)

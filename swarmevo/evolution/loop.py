@@ -22,7 +22,7 @@ from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
 from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.plugins.team import never
-from swarmevo.protocols import FloatArray, Objective
+from swarmevo.protocols import FloatArray, IntArray, Objective
 from swarmevo.testing import random_genomes
 
 RECENT_GENERATIONS: Final = 20
@@ -69,8 +69,8 @@ class Journal(Protocol):
         """Return the optimiser's state after a trial's last generation; None: it has none."""
         ...
 
-    def new_genomes(self, trial: int, number: int) -> int:
-        """Return how many genomes of a generation no generation of its trial had before."""
+    def genome_ids(self, trial: int, number: int) -> IntArray:
+        """Return ``(n,)``: what tells the genomes of a kept generation from all others of the run."""
         ...
 
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
@@ -154,6 +154,7 @@ class _Run:
         evolution = config.evolution
         self._to_go = sum(max(0, evolution.generations - journal.generations(t)) for t in range(evolution.trials))
         self._recent: list[float] = []  # seconds of the latest generations
+        self._had: set[int] = set()  # genomes of the trial, by their ids
 
     def finish(self, trial: int) -> None:
         """Run what is missing of a trial."""
@@ -162,6 +163,7 @@ class _Run:
             return
         optimiser = CheckedOptimiser(self._config, self._evaluator, trial)
         optimiser.restore(self._journal.state(trial), first)
+        self._had = set().union(*(self._journal.genome_ids(trial, generation).tolist() for generation in range(first)))
         for generation in range(first, last):
             self._step(optimiser, trial, generation)
 
@@ -199,9 +201,15 @@ class _Run:
             episodes_per_second=len(evaluation.episodes) / self._recent[-1],
             best=_best(self._evaluator.objectives, evaluation.costs),
             front_size=int(np.count_nonzero(moocore.is_nondominated(evaluation.costs))),
-            new_genomes=self._journal.new_genomes(trial, generation),
+            new_genomes=self._count_new(trial, generation),
             eta_seconds=self._to_go * sum(self._recent) / len(self._recent),
         )
+
+    def _count_new(self, trial: int, generation: int) -> int:
+        """Return how many genomes of a generation no generation of its trial had before, and remember them."""
+        before = len(self._had)
+        self._had.update(self._journal.genome_ids(trial, generation).tolist())
+        return len(self._had) - before
 
 
 def _best(objectives: list[Objective], costs: FloatArray) -> dict[str, float]:

@@ -64,18 +64,6 @@ class StoreReader(RunFolder):
         return np.array([id for (id,) in rows], dtype=np.int64)
 
     @readable
-    def new_genomes(self, trial: int, number: int) -> int:
-        """Return how many genomes of a generation no generation of its trial had before."""
-        rows = self._rows(
-            "SELECT COUNT(DISTINCT genome) FROM individual WHERE trial = ?1 AND generation = ?2 AND NOT EXISTS"
-            " (SELECT 1 FROM individual AS before"
-            " WHERE before.genome = individual.genome AND before.trial = ?1 AND before.generation < ?2)",
-            trial,
-            number,
-        )
-        return int(rows[0][0])
-
-    @readable
     def in_flight(self, trial: int, number: int, genomes: FloatArray) -> Results:
         """Return the kept episodes of a generation that is not complete.
 

@@ -59,6 +59,7 @@ class Store(StoreReader):
         self._lock = lock
         self._file = WatchedFile(folder / DATABASE_FILE)
         self._is_settled = False
+        self._is_durable: bool | None = None  # whether commits wait for the disk; not chosen yet
         with explained(folder):
             self._session = self._last_session()
 
@@ -199,11 +200,11 @@ class Store(StoreReader):
             genomes: ``(n, size)``, of the whole generation.
             episodes: Any of its episodes, none of which failed.
         """
-        digests = [checksums.of_genes(genomes[individual]) for individual in episodes.individual]
+        digests = {i: checksums.of_genes(genomes[i]) for i in set(episodes.individual.tolist())}
         with self._transaction(durable=False):
             self._check_next(trial, number)
             before = trial, number, self._session, float(episodes.seconds)
-            rows = [(*before, genome, *row) for genome, row in zip(digests, to_rows(episodes), strict=True)]
+            rows = [(*before, digests[row[0]], *row) for row in to_rows(episodes)]
             sealed = [(*row, checksums.of_rows([row])) for row in rows]
             self._insert("in_flight", sealed, [*self._in_flight_columns, "sha256"], "REPLACE")
         if not self._is_settled:  # a reader was in the way
@@ -288,7 +289,9 @@ class Store(StoreReader):
         if trouble := self._file.trouble():
             raise StoreError(f"{self.folder}: {DATABASE_FILE} {trouble}")
         with explained(self.folder):
-            self._database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+            if durable != self._is_durable:
+                self._database.execute(f"PRAGMA synchronous = {'FULL' if durable else 'NORMAL'}")
+                self._is_durable = durable
             self._database.execute("BEGIN IMMEDIATE")
             try:
                 yield
