@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, Final, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -222,6 +223,9 @@ class Telemetry(Recorded):
     """``(episodes,)``: first touch of box and target wall [s]; NaN: never."""
     channels: Mapping[str, FloatArray]
     """By name: what was recorded."""
+    world: Mapping[str, Mapping[str, Any]]
+    """The configuration's sections that describe the world (``docs/configuration.md``), each a mapping of its keys to
+    plain values: ``telemetry.world["box"]["size"]``. Read-only; empty where nobody gave it."""
 
     def __init__(
         self,
@@ -230,6 +234,7 @@ class Telemetry(Recorded):
         push_time: FloatArray,
         *,
         channels: Any = None,  # a mapping; not typed so, that arrays can be given as **channels
+        world: Any = None,  # likewise
         **more_channels: FloatArray,
     ) -> None:
         recorded = {**(channels or {}), **more_channels}  # either way, and both in dataclasses.replace
@@ -237,12 +242,26 @@ class Telemetry(Recorded):
         if unknown:
             raise TypeError(f"Telemetry: expected channels among {', '.join(CHANNELS)}; got {', '.join(unknown)}")
         vars(self).update(
-            control_period=control_period, homing_time=homing_time, push_time=push_time, channels=recorded
+            control_period=control_period,
+            homing_time=homing_time,
+            push_time=push_time,
+            channels=recorded,
+            world=_read_only(world or {}),
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "world": {name: dict(section) for name, section in self.world.items()}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, world=_read_only(state["world"]))
 
     def __repr__(self) -> str:
         episodes, robots = self.homing_time.shape
         return f"<Telemetry: {episodes} episodes of {robots} robots; {', '.join(self.channels) or 'no channels'}>"
+
+
+def _read_only(world: Mapping[str, Mapping[str, Any]]) -> Mapping[str, Mapping[str, Any]]:
+    return MappingProxyType({name: MappingProxyType(dict(section)) for name, section in world.items()})
 
 
 # ---- policies that run natively --------------------------------------------------------------------------------------

@@ -17,11 +17,13 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar, get_args
 
 import numpy as np
 
-from swarmevo import returned
+from swarmevo import config, returned
+from swarmevo.config import Config, Episode, Team
 from swarmevo.protocols import (
     CHANNELS,
     COMMANDS,
@@ -80,7 +82,10 @@ def random_genomes(space: GenomeSpace, n: int, seed: int = 0) -> FloatArray:
 def random_telemetry(
     channels: Sequence[str], episodes: int, steps: int = 20, robots: int = 5, seed: int = 0
 ) -> Telemetry:
-    """Return telemetry of no real episode, every value in its range; without the channels not asked for."""
+    """Return telemetry of no real episode, every value in its range; without the channels not asked for.
+
+    Its world is the default one with so many ``robots`` and ``steps`` of 0.1 s.
+    """
     rng = np.random.default_rng(seed)
 
     def draw(channel: Channel) -> FloatArray:
@@ -91,7 +96,13 @@ def random_telemetry(
         return np.where(rng.random(shape) < 0.5, np.nan, rng.uniform(0.0, 0.1 * steps, shape))
 
     recorded = {name: _frozen(draw(CHANNELS[name])) for name in channels}
-    return Telemetry(0.1, _frozen(some_time(episodes, robots)), _frozen(some_time(episodes)), **recorded)
+    return Telemetry(
+        0.1,
+        _frozen(some_time(episodes, robots)),
+        _frozen(some_time(episodes)),
+        channels=recorded,
+        world=config.world(Config(team=Team(robots=robots), episode=Episode(horizon=0.1 * steps))),
+    )
 
 
 # ---- optimisers ------------------------------------------------------------------------------------------------------
@@ -409,10 +420,14 @@ class FitnessTests:
         """Judge some of seven episodes, all arrays read-only."""
         controller, rows = self.controller(), list(batch)
         everything = random_telemetry(fitness.channels, 7, self.scene.control_steps, self.scene.robots)
-        channels = {name: _frozen(getattr(everything, name)[rows]) for name in fitness.channels}
-        homing, push = _frozen(everything.homing_time[rows]), _frozen(everything.push_time[rows])
+        telemetry = replace(
+            everything,
+            homing_time=_frozen(everything.homing_time[rows]),
+            push_time=_frozen(everything.push_time[rows]),
+            channels={name: _frozen(getattr(everything, name)[rows]) for name in fitness.channels},
+        )
         genomes = _frozen(random_genomes(controller.space(self.scene), 7)[rows])
-        return fitness.evaluate(Telemetry(everything.control_period, homing, push, **channels), genomes, controller)
+        return fitness.evaluate(telemetry, genomes, controller)
 
 
 # ---- checks ----------------------------------------------------------------------------------------------------------

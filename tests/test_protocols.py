@@ -12,9 +12,12 @@ import pytest
 
 from swarmevo.protocols import CHANNELS, Telemetry
 
+WORLD = {"box": {"size": (0.3, 0.2, 0.1)}, "arena": {"target_wall": "east"}}
+
 
 def telemetry() -> Telemetry:
-    return Telemetry(0.1, np.zeros((2, 3)), np.zeros(2), pose=np.ones((2, 4, 3, 3)), rf=np.ones((2, 4, 3)))
+    pose, rf = np.ones((2, 4, 3, 3)), np.ones((2, 4, 3))
+    return Telemetry(0.1, np.zeros((2, 3)), np.zeros(2), pose=pose, rf=rf, world=WORLD)
 
 
 def test_channels_are_attributes() -> None:
@@ -42,6 +45,7 @@ def test_replacing_a_part_keeps_the_others() -> None:
     seen = dataclasses.replace(telemetry(), push_time=np.ones(2))
     assert seen.push_time[0] == 1
     assert set(seen.channels) == {"pose", "rf"}
+    assert seen.world == WORLD
     assert dataclasses.replace(telemetry(), rf=np.zeros((2, 4, 3))).rf[0, 0, 0] == 0
 
 
@@ -52,12 +56,30 @@ def test_telemetry_is_frozen() -> None:
         telemetry().pose = np.ones(2)
 
 
+def test_a_world_is_read_only_and_nobody_elses() -> None:
+    given = copy.deepcopy(WORLD)
+    seen = Telemetry(0.1, np.zeros((2, 3)), np.zeros(2), world=given)
+    given["box"]["size"] = (9, 9, 9)
+    assert seen.world["box"]["size"] == (0.3, 0.2, 0.1)
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        seen.world["box"]["size"] = (9, 9, 9)  # type: ignore[index]
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        seen.world["box"] = {}  # type: ignore[index]
+
+
+def test_telemetry_that_nobody_gave_a_world_has_an_empty_one() -> None:
+    assert Telemetry(0.1, np.zeros((2, 3)), np.zeros(2)).world == {}
+
+
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda seen: pickle.loads(pickle.dumps(seen))])
 def test_telemetry_travels(duplicate: object) -> None:
     seen = duplicate(telemetry())  # type: ignore[operator]
     assert seen.control_period == 0.1
     assert np.array_equal(seen.pose, telemetry().pose)
     assert set(seen.channels) == {"pose", "rf"}
+    assert seen.world == WORLD
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        seen.world["box"]["size"] = 1
 
 
 def test_a_channels_sizes() -> None:

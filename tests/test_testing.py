@@ -87,6 +87,16 @@ class Homing:
         return np.isfinite(telemetry.homing_time).mean(axis=1, keepdims=True)
 
 
+class ShareOfTime(Homing):
+    """Knows the horizon and the team of the episodes that it is tried with."""
+
+    def evaluate(self, telemetry, genomes, controller):
+        assert telemetry.world["episode"]["horizon"] == FitnessTests.scene.control_steps * 0.1
+        assert telemetry.world["team"]["robots"] == FitnessTests.scene.robots
+        assert telemetry.world["box"]["size"] == (0.275, 0.18, 0.03)
+        return np.nan_to_num(telemetry.push_time / telemetry.world["episode"]["horizon"])[:, np.newaxis]
+
+
 def optimiser_failures(factory):
     class Tests(OptimiserTests):
         populations, objectives = (4, 5), (1, 2)
@@ -118,6 +128,7 @@ def test_sound_plugins_pass():
     assert controller_failures(Reflex) == []
     assert controller_failures(Machine) == []
     assert fitness_failures(Homing) == []
+    assert fitness_failures(ShareOfTime) == []
 
 
 def test_create_must_be_overridden():

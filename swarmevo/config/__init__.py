@@ -16,6 +16,7 @@ from swarmevo.config.models import (
     Section,
     Sensors,
     Team,
+    world,
 )
 from swarmevo.config.overrides import as_overrides
 from swarmevo.config.reading import changed, dump, load, seeded
@@ -42,4 +43,5 @@ __all__ = [
     "dump",
     "load",
     "seeded",
+    "world",
 ]

@@ -308,3 +308,8 @@ class Config(Section):
 
 WORLD: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
 """Sections that describe the world; the others say how controllers are evolved in it."""
+
+
+def world(config: Config) -> dict[str, dict[str, Any]]:
+    """Return the world of ``config``: of each section in :data:`WORLD` the keys and their values, lists as tuples."""
+    return {name: getattr(config, name).model_dump() for name in WORLD}

@@ -7,6 +7,7 @@ Everything that lets an individual act goes through :class:`Team`: evolution, te
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,7 @@ class Team:
 
     def __init__(self, settings: Config) -> None:
         self.config = settings
+        self._world = config.world(settings)
         self.scene = simulation.Scene(settings)
         self.robots = self.scene.info.robots
         self._controller = CheckedController(settings, self.scene.info)
@@ -149,7 +151,7 @@ class Team:
         Raises:
             EvaluationError: A fitness function failed.
         """
-        genome = genomes[i : i + 1]
+        genome, telemetry = genomes[i : i + 1], replace(telemetry, world=self._world)
         return np.concatenate(
             [
                 fitness.evaluate(_alone(telemetry, i, fitness.channels), genome.copy(), self._judged, in_range)
@@ -162,7 +164,7 @@ class Team:
 
         They are of the first fitness function that explains itself; none does: 0 and no parts.
         """
-        before = 0
+        before, telemetry = 0, replace(telemetry, world=self._world)
         for fitness in self._fitness:
             parts = fitness.terms(telemetry, self.scene.info.control_steps)
             if parts is not None:
@@ -188,4 +190,4 @@ def _alone(telemetry: Telemetry, i: int, channels: Sequence[str]) -> Telemetry:
     arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time", *channels)}
     for array in arrays.values():
         array.flags.writeable = False  # the next fitness reads it too
-    return Telemetry(control_period=telemetry.control_period, **arrays)
+    return Telemetry(control_period=telemetry.control_period, world=telemetry.world, **arrays)

@@ -15,7 +15,7 @@ import pytest
 import toy_plugins
 from forks import in_a_fork
 from swarmevo import plugins, returned, simulation
-from swarmevo.config import Config
+from swarmevo.config import WORLD, Config
 from swarmevo.errors import EvaluationError, Interrupted
 from swarmevo.evolution import evaluation, threads
 from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
@@ -191,6 +191,32 @@ def test_a_fitness_cannot_change_what_the_next_one_sees(monkeypatch: pytest.Monk
     monkeypatch.setattr(toy_plugins.Travel, "evaluate", judge_and_spoil)
     assert sound.objectives[..., 2].any()
     assert_same(sound, evaluate(config, genomes))
+
+
+def test_a_fitness_knows_the_world_of_the_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    config = toy_plugins.config(box={"size": [0.3, 0.2, 0.05]}, arena={"target_wall": "east"})
+    judge, seen = toy_plugins.Travel.evaluate, []
+
+    def look(self: Any, telemetry: Any, given: FloatArray, controller: Any) -> FloatArray:
+        seen.append(telemetry.world)
+        return judge(self, telemetry, given, controller)
+
+    monkeypatch.setattr(toy_plugins.Travel, "evaluate", look)
+    evaluate(config, genomes_for(config, 1))
+    assert tuple(seen[0]) == WORLD
+    assert (seen[0]["episode"]["horizon"], seen[0]["team"]["robots"]) == (1.0, 2)
+    assert (seen[0]["box"]["size"], seen[0]["arena"]["target_wall"]) == ((0.3, 0.2, 0.05), "east")
+
+
+def test_the_terms_of_a_fitness_come_from_the_world_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def terms(self: Any, telemetry: Any) -> dict[str, FloatArray]:
+        return {"horizon": np.full((1, 10), telemetry.world["episode"]["horizon"])}
+
+    monkeypatch.setattr(toy_plugins.Travel, "terms", terms, raising=False)
+    config = toy_plugins.config()
+    team = Team(config)
+    episodes = team.simulate(genomes_for(config, 1), [simulation.EpisodeKey(1, 0, 0, 0)])
+    assert team.terms(episodes.telemetry)[1]["horizon"][0, 0] == 1.0
 
 
 def test_a_backend_that_is_closed_has_nothing_running(monkeypatch: pytest.MonkeyPatch) -> None:
