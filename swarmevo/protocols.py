@@ -337,11 +337,13 @@ class Objective:
         direction: What better means.
         range: Smallest and largest value it can take, within 1e50; the worse end is the hypervolume's reference. A
             value outside of it is an error.
+        of: Whether it is measured in an ``episode``, or follows from the ``genome`` alone, whatever the world.
     """
 
     name: str
     direction: Literal["maximise", "minimise"]
     range: tuple[float, float]
+    of: Literal["episode", "genome"] = field(default="episode", kw_only=True, compare=False)  # a run does not store it
 
     @property
     def worst(self) -> float:

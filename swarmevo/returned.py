@@ -49,7 +49,7 @@ def objective(given: object) -> Objective:
     """Return an objective with a name of plain text and a range of two floats, whatever real numbers it was given.
 
     Raises:
-        ValueError: It is no objective, or its name, direction or range cannot be used.
+        ValueError: It is no objective, or its name, direction, range or what it is of cannot be used.
     """
     if not isinstance(given, Objective):
         raise ValueError(f"expected an Objective, got {type(given).__name__}")
@@ -58,6 +58,8 @@ def objective(given: object) -> Objective:
         raise ValueError(f"expected as name text that can be printed, got {name!r}")
     if not isinstance(direction, str) or direction not in ("maximise", "minimise"):
         raise ValueError(f"{name}: expected the direction maximise or minimise, got {direction!r}")
+    if not isinstance(given.of, str) or given.of not in ("episode", "genome"):
+        raise ValueError(f"{name}: expected it to be of episode or genome, got {given.of!r}")
     try:
         low, high = numbers(given.range, (2,)).tolist()
     except ValueError:
@@ -66,7 +68,12 @@ def objective(given: object) -> Objective:
         raise ValueError(
             f"{name}: expected as range two finite numbers, low and high, within {LARGEST:g}, got {given.range!r}"
         )
-    return Objective(str(name), "maximise" if direction == "maximise" else "minimise", (low, high))
+    return Objective(
+        str(name),
+        "maximise" if direction == "maximise" else "minimise",
+        (low, high),
+        of="genome" if given.of == "genome" else "episode",
+    )
 
 
 def check_range(values: FloatArray, objectives: Sequence[Objective]) -> None:

@@ -209,6 +209,7 @@ class BadFitness:
             "not iterable": good,
             "no Objective": ("good",),
             "direction": (Objective("good", "up", (0.0, 1.0)),),  # type: ignore[arg-type]
+            "of": (Objective("good", "minimise", (0.0, 1.0), of="world"),),  # type: ignore[arg-type]
             "range": (Objective("good", "minimise", (1.0, 1.0)),),
             "infinite": (Objective("good", "minimise", (0.0, np.inf)),),
             "no pair": (Objective("good", "minimise", 1.0),),  # type: ignore[arg-type]

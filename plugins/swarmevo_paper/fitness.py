@@ -69,7 +69,7 @@ class HiddenNeurons:
         if type(maximum) is not int or maximum < 1:
             raise ValueError(f"maximum: expected a whole number of at least 1, got {maximum!r}")
         self._maximum = maximum
-        self.objectives = (Objective("hidden_neurons", "minimise", (0.0, float(maximum))),)
+        self.objectives = (Objective("hidden_neurons", "minimise", (0.0, float(maximum)), of="genome"),)
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
         """Return F2 ``(episodes, 1)``.

@@ -388,6 +388,7 @@ def assert_one_line(error: pytest.ExceptionInfo[BaseException], *parts: str) -> 
         ("no objective", "expected at least one"),
         ("not iterable", "objectives raised TypeError"),
         ("no Objective", "expected an Objective, got str"),
+        ("of", "good: expected it to be of episode or genome, got 'world'"),
         ("direction", "expected the direction maximise or minimise, got 'up'"),
         ("range", "expected as range two finite numbers, low and high, within 1e+50, got (1.0, 1.0)"),
         ("infinite", "expected as range two finite numbers"),
@@ -545,6 +546,7 @@ def test_names_ranges_and_values_of_other_types_are_plain_in_the_host() -> None:
     config = toy_plugins.config(fitness={"toy_bad_fitness": {"fault": "other types"}})
     team = Team(config)
     assert team.objectives == [Objective("good", "minimise", (0.0, 1.0))]
+    assert Team(Config()).objectives[1].of == "genome"
     assert [type(value) for value in (team.objectives[0].name, *team.objectives[0].range)] == [str, float, float]
     assert evaluate(config, genomes_for(config, 1)).objectives.tolist() == [[[0.25], [0.25]]]
 

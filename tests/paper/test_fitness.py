@@ -106,6 +106,10 @@ def test_names_and_ranges():
     assert not HiddenNeurons().channels
 
 
+def test_only_hidden_neurons_are_a_matter_of_the_genome():
+    assert (BoxPushing().objectives[0].of, HiddenNeurons().objectives[0].of) == ("episode", "genome")
+
+
 def test_no_episodes_no_values():
     telemetry = random_telemetry(BoxPushing.channels, episodes=0)
     assert BoxPushing().evaluate(telemetry, NO_GENOMES, SwitchCounter()).shape == (0, 1)
