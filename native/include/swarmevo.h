@@ -27,7 +27,7 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 3
+#define SWE_ABI_VERSION 4
 
 #define SWE_INFRARED_SENSORS 8
 #define SWE_TOUCH_SENSORS 4
@@ -167,7 +167,11 @@ typedef struct swe_physics_config {
 typedef struct swe_episode_config {
     double horizon;        /* [s], a whole number of control periods */
     double control_period; /* [s], a whole number of time steps */
+    int32_t until;         /* SWE_UNTIL_* */
 } swe_episode_config;
+
+#define SWE_UNTIL_HORIZON 1
+#define SWE_UNTIL_PUSH 2 /* the control step in which the box touches the target wall is the last one */
 
 typedef struct swe_scene_config {
     uint32_t struct_size;
@@ -250,7 +254,7 @@ typedef struct swe_outcome {
     int32_t status;          /* swe_status of this episode; all else is meaningless unless SWE_OK */
     uint32_t ode_messages;   /* warnings of ODE's solver; each makes a step be tried again */
     uint32_t unsolved_steps; /* steps that no further try mended */
-    uint32_t control_steps;  /* done: those of the horizon at the end of an episode */
+    uint32_t control_steps;  /* done: those of the horizon at the end of an episode, or fewer: SWE_UNTIL_PUSH */
     uint64_t hash;           /* of every body's state at every control step */
     double push_time;        /* first touch of box and target wall [s]; NaN: never */
     double box_pose[3];      /* at the end: x [m], y [m], heading [rad] */
@@ -283,11 +287,11 @@ typedef struct swe_batch swe_batch;
 swe_status swe_batch_create(swe_batch** batch, const swe_scene* scene, uint32_t threads);
 void swe_batch_destroy(swe_batch* batch);
 
-/* Runs n episodes to their horizon over the batch's threads. The same episodes give the same bits on any number of
+/* Runs n episodes to their end over the batch's threads. The same episodes give the same bits on any number of
  * threads, in any order or division into calls.
  *   outcomes       n
  *   homing_times   (n, robots): first time a robot's centre is within the emitter's range [s]; NaN: never
- *   channels       n_channels of them; NULL and 0: none
+ *   channels       n_channels of them; NULL and 0: none. Steps after the end of an episode are NaN
  *   robot_policies (n, robots): index into policies
  * An episode that fails leaves its reason in its outcome and in swe_batch_episode_message; the call returns SWE_OK. */
 swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_channel* channels, size_t n_channels,

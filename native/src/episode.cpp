@@ -136,6 +136,8 @@ void Episode::advance(const double* commands) {
     hash_ = world_.fold_state(hash_);
     is_observed_ = false;
     look_around();
+    is_done_ = step_ == scene_.control_steps || (scene_.episode.until == SWE_UNTIL_PUSH && !std::isnan(push_time_));
+    if (is_done_) leave_empty();
 }
 
 Moment Episode::moment() {
@@ -147,6 +149,14 @@ void Episode::record() {
     if (recorder_.empty()) return;
     const Moment now = moment();
     for (const Track& track : recorder_) track.channel->write(track.values + step_ * track.channel->size(scene_), now);
+}
+
+// Records nothing of the steps that will not be.
+void Episode::leave_empty() {
+    for (const Track& track : recorder_) {
+        const std::size_t size = track.channel->size(scene_);
+        std::fill(track.values + step_ * size, track.values + scene_.control_steps * size, kNotYet);
+    }
 }
 
 swe_outcome Episode::outcome(double* homing_times) const {

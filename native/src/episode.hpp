@@ -17,7 +17,7 @@ class Episode {
     // Throws Error if the robots cannot be placed.
     Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder);
 
-    bool done() const { return step_ == scene_.control_steps; }
+    bool done() const { return is_done_; }
 
     // (robots, SWE_OBSERVATIONS) of this moment, sensed once.
     const double* observe();
@@ -35,6 +35,7 @@ class Episode {
   private:
     void look_around();
     void record();
+    void leave_empty();
 
     const Scene& scene_;
     const EpisodeKey key_;
@@ -43,6 +44,7 @@ class Episode {
     unsigned step_ = 0;
 
     Snapshot now_;
+    bool is_done_ = false;
     bool box_touches_target_ = false;
     bool is_observed_ = false;
     std::vector<double> observations_, strengths_, clipped_, homing_times_;

@@ -45,7 +45,7 @@ struct Fixture {
         config.sensors.touch_mode = SWE_TOUCH_MODE_BINARY;
         config.noise = {0.05, 0.005, 0.05, 0};
         config.physics = {0.05, 9.81, 1.0, 0.62, 0.2, 0.2, 1e-5, SWE_DRIVE_DRIVEN_CONTACTS};
-        config.episode = {180, 0.1};
+        config.episode = {180, 0.1, SWE_UNTIL_HORIZON};
     }
     Fixture(const Fixture&) = delete;  // the config points into it
 

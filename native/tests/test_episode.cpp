@@ -45,6 +45,35 @@ TEST_CASE("three robots in front of the box home in and push it to the wall at t
     CHECK(outcome.box_pose[1] == doctest::Approx(0.41).epsilon(0.001));
 }
 
+TEST_CASE("an episode may end with the push, and is the beginning of the one that goes on") {
+    Fixture fixture(Fixture::aligned(3));
+    fixture.box_at(0, 0.2).without_noise().config.episode.horizon = 5;
+    const Scene whole = fixture.scene();
+    fixture.config.episode.until = SWE_UNTIL_PUSH;
+    const Scene scene = fixture.scene();
+    const Channel& box = *find_channel("box");
+    std::vector<double> all(50 * 3), begun(50 * 3);
+    double homing[3];
+    const swe_outcome longer = run(whole, kKey, 1, 1, homing, {{&box, all.data()}});
+    const swe_outcome outcome = run(scene, kKey, 1, 1, homing, {{&box, begun.data()}});
+    CHECK(outcome.push_time == longer.push_time);
+    CHECK(outcome.control_steps == std::lround(outcome.push_time / 0.1));
+    CHECK(outcome.hash != longer.hash);
+    for (unsigned i = 0; i < 50 * 3; ++i)
+        if (i < outcome.control_steps * 3)
+            CHECK(begun[i] == all[i]);
+        else
+            CHECK(std::isnan(begun[i]));
+}
+
+TEST_CASE("an episode that ends with the push goes on to the horizon where there is none") {
+    Fixture fixture;
+    fixture.config.episode.horizon = 1;
+    fixture.config.episode.until = SWE_UNTIL_PUSH;
+    double homing[5];
+    CHECK(run(fixture.scene(), kKey, 0, 0, homing).control_steps == 10);
+}
+
 TEST_CASE("who never arrives has no time") {
     Fixture fixture;
     fixture.config.episode.horizon = 1;

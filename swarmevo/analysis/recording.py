@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from swarmevo.simulation import EpisodeKey, Episodes
 
 @dataclass(frozen=True)
 class Recording:
-    """k episodes of one individual, with every channel."""
+    """k episodes of one individual, with every channel, to the end of the longest."""
 
     config: Config
     """They were simulated in."""
@@ -31,7 +31,7 @@ class Recording:
     values: FloatArray
     """``(k, m)``: as measured, each in its own direction."""
     terms: Mapping[str, FloatArray]
-    """Parts of an objective, ``(k, steps)`` each; none, if no fitness function explains itself."""
+    """Parts of an objective, ``(k, steps)`` each, NaN after an episode's end; none, if no fitness explains itself."""
     explained: int
     """Number of that objective."""
     complexity: float
@@ -76,14 +76,14 @@ def record(config: Config, genes: FloatArray, keys: Sequence[EpisodeKey], thread
     team = Team(config)
     episodes = simulate(team, genes, keys, threads)
     everybody = np.tile(genes, (len(keys), 1))
-    explained, terms = team.terms(episodes.telemetry)
+    explained, terms = _terms(team, episodes)
     return Recording(
         config=config,
         genes=genes,
         keys=tuple(keys),
         episodes=episodes,
         objectives=tuple(team.objectives),
-        values=np.array([team.judge(episodes.telemetry, everybody, i, in_range=False) for i in range(len(keys))]),
+        values=np.array([team.judge(episodes, everybody, i, in_range=False) for i in range(len(keys))]),
         terms=terms,
         explained=explained,
         complexity=float(team.complexity(genes[np.newaxis])[0]),
@@ -103,8 +103,29 @@ def simulate(
         EvaluationError: An episode failed.
     """
     everybody = np.tile(genes, (len(keys), 1))
-    done = team.simulate(everybody, keys, channels, threads)
+    done = _to_the_end(team.simulate(everybody, keys, channels, threads))
     for key, status, message in zip(keys, done.status, done.messages, strict=True):
         if status:
             raise EvaluationError(f"{key}: the episode failed: {message}")
     return done
+
+
+def _to_the_end(episodes: Episodes) -> Episodes:
+    """Return the episodes without the steps that none of them has."""
+    longest = int(episodes.steps.max(initial=0))
+    channels = {name: channel[:, :longest] for name, channel in episodes.telemetry.channels.items()}
+    return replace(episodes, telemetry=replace(episodes.telemetry, channels=channels))
+
+
+def _terms(team: Team, episodes: Episodes) -> tuple[int, Mapping[str, FloatArray]]:
+    """Return the parts of an objective in all episodes, and that objective's number."""
+    explained, each = 0, []
+    for i in range(len(episodes)):
+        explained, parts = team.terms(episodes, i)
+        each.append(parts)
+    longest = int(episodes.steps.max(initial=0))
+    terms = {name: np.full((len(each), longest), np.nan) for name in (each[0] if each else {})}
+    for i, parts in enumerate(each):
+        for name, part in parts.items():
+            terms[name][i, : len(part)] = part
+    return explained, terms

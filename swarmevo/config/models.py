@@ -223,6 +223,8 @@ class Episode(Section):
     """[s], a whole number of control periods (paper Table I)."""
     control_period: float = Field(default=0.1, ge=0.0005, le=10)
     """[s], a whole number of time steps."""
+    until: Literal["horizon", "push"] = "horizon"
+    """When an episode ends: at the horizon, or, sooner, when the box touches the target wall."""
 
 
 # ---- the evolution ---------------------------------------------------------------------------------------------------

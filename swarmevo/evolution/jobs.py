@@ -154,7 +154,7 @@ class Setup:
         if len(failed):
             first = int(failed[0])
             raise EvaluationError(f"the episode failed: {done.messages[first]}")
-        judged = [self.team.judge(done.telemetry, job.genomes, i) for i in range(len(job.episodes))]
+        judged = [self.team.judge(done, job.genomes, i) for i in range(len(job.episodes))]
         left = {"objective": np.array(judged)}
         left |= {name: getattr(done, name) for name in _SIMULATED}
         return self._results(job, left, ("",) * len(job.episodes), time.perf_counter() - started)

@@ -139,11 +139,11 @@ class Team:
         except simulation.InvalidArgument as error:
             raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
 
-    def judge(self, telemetry: Telemetry, genomes: FloatArray, i: int, in_range: bool = True) -> FloatArray:
+    def judge(self, done: Episodes, genomes: FloatArray, i: int, in_range: bool = True) -> FloatArray:
         """Return the objectives ``(m,)`` of episode i, in which ``genomes[i]`` acted.
 
         Args:
-            telemetry: Of the episodes.
+            done: The episodes.
             genomes: ``(n, space.size)``.
             i: From 0.
             in_range: Whether each must be in its declared range. In another world than the run's it need not.
@@ -154,21 +154,21 @@ class Team:
         genome, telemetry = genomes[i : i + 1], replace(telemetry, world=self._world)
         return np.concatenate(
             [
-                fitness.evaluate(_alone(telemetry, i, fitness.channels), genome.copy(), self._judged, in_range)
+                fitness.evaluate(_alone(done, i, fitness.channels), genome.copy(), self._judged, in_range)
                 for fitness in self._fitness
             ]
         )
 
-    def terms(self, telemetry: Telemetry) -> tuple[int, Mapping[str, FloatArray]]:
-        """Return the parts of an objective in every episode, ``(episodes, steps)`` each, and that objective's number.
+    def terms(self, done: Episodes, i: int) -> tuple[int, Mapping[str, FloatArray]]:
+        """Return the parts of an objective in episode i, ``(steps done,)`` each, and that objective's number.
 
         They are of the first fitness function that explains itself; none does: 0 and no parts.
         """
         before, telemetry = 0, replace(telemetry, world=self._world)
         for fitness in self._fitness:
-            parts = fitness.terms(telemetry, self.scene.info.control_steps)
+            parts = fitness.terms(_alone(done, i, list(done.telemetry.channels)), int(done.steps[i]))
             if parts is not None:
-                return before, parts
+                return before, {name: part[0] for name, part in parts.items()}
             before += len(fitness.objectives)
         return 0, {}
 
@@ -185,9 +185,11 @@ class Team:
         return made if isinstance(made, FeedForward) else None
 
 
-def _alone(telemetry: Telemetry, i: int, channels: Sequence[str]) -> Telemetry:
-    """Return episode i alone, with no channel but ``channels``: what a fitness does not name it does not get."""
-    arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time", *channels)}
+def _alone(done: Episodes, i: int, channels: Sequence[str]) -> Telemetry:
+    """Return episode i to its end, with no channel but ``channels``: what a fitness does not name it does not get."""
+    telemetry, steps = done.telemetry, int(done.steps[i])
+    arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time")}
+    arrays |= {name: telemetry.channels[name][i : i + 1, :steps] for name in channels}
     for array in arrays.values():
         array.flags.writeable = False  # the next fitness reads it too
     return Telemetry(control_period=telemetry.control_period, world=telemetry.world, **arrays)

@@ -42,6 +42,9 @@ class Episodes:
     """``(n,)``: 0 where the episode went well; else all its other entries are meaningless."""
     messages: list[str]
     """``n`` reasons of failure; empty where it went well."""
+    steps: NDArray[np.uint32]
+    """``(n,)``: control steps done; fewer than the horizon's where ``episode.until`` ends the episode. What telemetry
+    records is NaN after them."""
     hash: NDArray[np.uint64]
     """``(n,)``: of every body's state at every control step."""
     ode_messages: NDArray[np.uint32]
@@ -102,6 +105,7 @@ class Buffers:
             telemetry=Telemetry(self._period, self.homing_time, table["push_time"], channels=self.channels),
             status=table["status"],
             messages=[ffi.string(lib.swe_batch_episode_message(batch, i)).decode() for i in range(len(table))],
+            steps=table["control_steps"],
             hash=table["hash"],
             ode_messages=table["ode_messages"],
             unsolved_steps=table["unsolved_steps"],
@@ -184,7 +188,7 @@ def simulate(
     channels: Collection[str] = (),
     threads: int = 1,
 ) -> Episodes:
-    """Run episodes to their horizon with controllers that run natively.
+    """Run episodes to their end with controllers that run natively.
 
     Args:
         scene: The world.

@@ -49,7 +49,7 @@ class State(Recorded):
     time: FloatArray
     """``(worlds,)``: the same [s]."""
     done: BoolArray
-    """``(worlds,)``: whether the world stands still: at its horizon, or failed."""
+    """``(worlds,)``: whether the world stands still: at its end, or failed."""
     failed: BoolArray
     """``(worlds,)``: whether its physics failed."""
     homing_time: FloatArray
@@ -149,7 +149,10 @@ class _Worlds:
         return failed
 
     def _done(self, outcomes: NDArray[Any]) -> BoolArray:
-        done: BoolArray = (outcomes["control_steps"] == self.scene.info.control_steps) | (outcomes["status"] != 0)
+        steps = outcomes["control_steps"]
+        done: BoolArray = (steps == self.scene.info.control_steps) | (outcomes["status"] != 0)
+        if self.scene.ends_with_push:
+            done |= np.isfinite(outcomes["push_time"]) & (steps > 0)
         return done
 
     def state(self) -> State:
@@ -233,7 +236,7 @@ class Lockstep:
 
     A world's episode depends on nothing but its key, ``EpisodeKey(seed, 0, resets, world)`` with the number of times
     that the world was reset, and on its commands: not on the other worlds, nor on the number of threads. ``simulate``
-    gives the same bits for the same keys and commands. A world at its horizon stands still until it is reset.
+    gives the same bits for the same keys and commands. A world at its end stands still until it is reset.
 
     Abandoned objects leave nothing behind; ``close``, or leaving the context, frees the worlds at once. To be used by
     one thread at a time.
@@ -270,7 +273,7 @@ class Lockstep:
 
     @property
     def done(self) -> BoolArray:
-        """``(worlds,)``: which stand still: at their horizon, or failed."""
+        """``(worlds,)``: which stand still: at their end, or failed."""
         return self._worlds.done()
 
     @property

@@ -97,5 +97,10 @@ class Scene:
             control_period=config.episode.control_period,
         )
 
+    @property
+    def ends_with_push(self) -> bool:
+        """Whether an episode ends when the box touches the target wall."""
+        return self._config.episode.until == "push"
+
     def __reduce__(self) -> tuple[type[Scene], tuple[Config]]:
         return type(self), (self._config,)

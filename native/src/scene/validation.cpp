@@ -120,6 +120,7 @@ void check_physics(Check& check, const swe_scene_config& c) {
     if (stepped && c.physics.drive == SWE_DRIVE_ARTICULATED) check_articulated(check, c);
 
     const bool lasting = check.range("episode.horizon", c.episode.horizon, 0.001, 1e5, "s");
+    check.choice("episode.until", c.episode.until, SWE_UNTIL_PUSH);
     const bool periodic = check.range("episode.control_period", c.episode.control_period, 0.0005, 10, "s");
     if (stepped && periodic)
         check.multiple("episode.control_period", c.episode.control_period, "time steps", c.physics.time_step);

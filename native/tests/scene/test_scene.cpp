@@ -86,7 +86,8 @@ TEST_CASE("a config that nobody filled names every field") {
                               "physics.contact_erp",
                               "physics.contact_cfm",
                               "episode.horizon",
-                              "episode.control_period"})
+                              "episode.control_period",
+                              "episode.until"})
         CHECK_MESSAGE(names(errors, field), std::string(field) << " is not in: " << errors);
 }
 

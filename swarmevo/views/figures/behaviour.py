@@ -72,6 +72,7 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
     """
     seen = _recording(run, genome)
     places = seen.telemetry.pose[..., :2].reshape(-1, 2)
+    places = places[np.isfinite(places[:, 0])]  # until an episode's end
     half = seen.config.arena.size / 2
     cells = int(np.ceil(2 * half / CELL))
     edges = np.linspace(-half, half, cells + 1)
@@ -107,8 +108,8 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
 def _shown_steps(seen: Recording, episode: int) -> int:
     """Return how many steps of an episode are worth showing: all, or those until shortly after the box is there."""
     push = seen.telemetry.push_time[episode] + AFTERWARDS
-    period, horizon = seen.telemetry.control_period, seen.config.episode.horizon
-    return max(2, round(float(np.nan_to_num(push, nan=horizon)) / period))
+    shown = np.nan_to_num(push / seen.telemetry.control_period, nan=np.inf)
+    return max(2, round(float(min(shown, seen.episodes.steps[episode]))))
 
 
 def _recording(run: Run | Recording, genome: int | None) -> Recording:

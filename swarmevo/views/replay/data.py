@@ -45,6 +45,7 @@ def data(
     return {
         **head(recording, title, subtitle, every),
         **outcome(recording),
+        "horizon": _seconds(recording),
         "facts": facts(recording) + (shown if every > 1 else []),
         "warning": warning,
         "chunks": [steps if every == 1 else chunk(recording, range(0, count, every))],
@@ -92,6 +93,13 @@ def outcome(recording: Recording) -> dict[str, Any]:
         "push": _time(float(telemetry.push_time[0])),
         "facts": facts(recording),
     }
+
+
+def _seconds(recording: Recording) -> float:
+    """Return how long the episode is [s]."""
+    episode, steps = recording.config.episode, int(recording.episodes.steps[0])
+    is_whole = steps == round(episode.horizon / episode.control_period)
+    return episode.horizon if is_whole else steps * episode.control_period
 
 
 def facts(recording: Recording) -> list[tuple[str, str]]:

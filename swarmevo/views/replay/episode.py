@@ -180,6 +180,6 @@ def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subti
                 "head",
                 {**head(recording, title, subtitle), "horizon": config.episode.horizon, "warning": "", "chunks": []},
             )
-        yield "chunk", chunk(recording, range(done, end))
-        done = end
+        yield "chunk", chunk(recording, range(done, len(recording.telemetry.box[0])))
+        done = total if len(recording.telemetry.box[0]) < end else end
     yield "outcome", outcome(recording)
