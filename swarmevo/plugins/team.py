@@ -7,7 +7,6 @@ Everything that lets an individual act goes through :class:`Team`: evolution, te
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -151,10 +150,10 @@ class Team:
         Raises:
             EvaluationError: A fitness function failed.
         """
-        genome, telemetry = genomes[i : i + 1], replace(telemetry, world=self._world)
+        genome = genomes[i : i + 1]
         return np.concatenate(
             [
-                fitness.evaluate(_alone(done, i, fitness.channels), genome.copy(), self._judged, in_range)
+                fitness.evaluate(self._alone(done, i, fitness.channels), genome.copy(), self._judged, in_range)
                 for fitness in self._fitness
             ]
         )
@@ -164,9 +163,9 @@ class Team:
 
         They are of the first fitness function that explains itself; none does: 0 and no parts.
         """
-        before, telemetry = 0, replace(telemetry, world=self._world)
+        before = 0
         for fitness in self._fitness:
-            parts = fitness.terms(_alone(done, i, list(done.telemetry.channels)), int(done.steps[i]))
+            parts = fitness.terms(self._alone(done, i, list(done.telemetry.channels)), int(done.steps[i]))
             if parts is not None:
                 return before, {name: part[0] for name, part in parts.items()}
             before += len(fitness.objectives)
@@ -184,12 +183,11 @@ class Team:
         made = self._controller.policies(self.robot_genomes(genome[np.newaxis]))
         return made if isinstance(made, FeedForward) else None
 
-
-def _alone(done: Episodes, i: int, channels: Sequence[str]) -> Telemetry:
-    """Return episode i to its end, with no channel but ``channels``: what a fitness does not name it does not get."""
-    telemetry, steps = done.telemetry, int(done.steps[i])
-    arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time")}
-    arrays |= {name: telemetry.channels[name][i : i + 1, :steps] for name in channels}
-    for array in arrays.values():
-        array.flags.writeable = False  # the next fitness reads it too
-    return Telemetry(control_period=telemetry.control_period, world=telemetry.world, **arrays)
+    def _alone(self, done: Episodes, i: int, channels: Sequence[str]) -> Telemetry:
+        """Return episode i to its end, with these channels alone: what a fitness does not name it does not get."""
+        telemetry, steps = done.telemetry, int(done.steps[i])
+        arrays = {name: getattr(telemetry, name)[i : i + 1] for name in ("homing_time", "push_time")}
+        arrays |= {name: telemetry.channels[name][i : i + 1, :steps] for name in channels}
+        for array in arrays.values():
+            array.flags.writeable = False  # the next fitness reads it too
+        return Telemetry(control_period=telemetry.control_period, world=self._world, **arrays)
