@@ -459,3 +459,28 @@ class Optimiser(Protocol):
     def restore(self, state: Mapping[str, Any]) -> None:
         """Continue from ``state`` as if nothing had happened. Called on a fresh object."""
         ...
+
+
+@runtime_checkable
+class AnsweringOptimiser(Optimiser, Protocol):
+    """An optimiser whose answer need not be among the genomes that it asked for, such as a distribution's mean."""
+
+    def answer(self) -> FloatArray:
+        """Return the genomes ``(k, size)`` that it would answer with now; ``k`` may be 0.
+
+        It may be asked before any ``ask``, as often as one likes, and changes nothing.
+        """
+        ...
+
+
+@runtime_checkable
+class StartableOptimiser(Optimiser, Protocol):
+    """An optimiser that can begin from given genomes."""
+
+    def start_from(self, genomes: FloatArray) -> None:
+        """Begin from ``genomes`` ``(k, size)``, ``k`` at least 1. Called at most once, before the first ``ask``.
+
+        Raises:
+            ValueError: It cannot begin from these; the message says why.
+        """
+        ...

@@ -29,6 +29,7 @@ from swarmevo.protocols import (
     COMMANDS,
     OBSERVATIONS,
     Activation,
+    AnsweringOptimiser,
     Block,
     Channel,
     Compiled,
@@ -42,6 +43,7 @@ from swarmevo.protocols import (
     Optimiser,
     PythonController,
     SceneInfo,
+    StartableOptimiser,
     Telemetry,
 )
 
@@ -197,6 +199,38 @@ class OptimiserTests:
             _run(self._create(case), case, random_costs, 3)
             after = random.getstate(), _to_json(np.random.get_state(legacy=False))
             _require(before == after, "rng: expected no randomness but the generator's, but a global RNG was used")
+
+    def test_answers_without_a_trace(self) -> None:
+        """Its answer, if it has one, is genomes, the same in a restored run; asking for it changes nothing."""
+        for case in self._cases():
+            optimiser, resumed, unasked = self._create(case), self._create(case, seed=2), self._create(case)
+            if not isinstance(optimiser, AnsweringOptimiser) or not isinstance(resumed, AnsweringOptimiser):
+                return
+            for generation in range(3):
+                stored, answer = _to_json(optimiser.state()), optimiser.answer()
+                _require_array("answer", answer, (None, case.space.size))
+                resumed.restore(_from_json(stored))
+                _require(np.array_equal(resumed.answer(), answer), "answer: expected the same from a restored run")
+                _scribble(answer)
+                _require(_to_json(optimiser.state()) == stored, "answer: expected it to change nothing, but it did")
+                one, two = (_run(each, case, random_costs, 1, generation) for each in (optimiser, unasked))
+                _require_equal_runs(one, two, "a run that was not asked for its answer")
+
+    def test_begins_from_given_genomes(self) -> None:
+        """If it can begin from given genomes, they make a difference, and the run is restored from its start, too."""
+        for case in self._cases():
+            for k in (1, 3):
+                optimiser, resumed, other = self._create(case), self._create(case, seed=2), self._create(case)
+                if not isinstance(optimiser, StartableOptimiser):
+                    return
+                given = _frozen(3 + random_genomes(case.space, k, seed=5))
+                optimiser.start_from(given)
+                _scribble(given)
+                resumed.restore(_from_json(_to_json(optimiser.state())))
+                begun, again, random = (_run(each, case, random_costs, 3) for each in (optimiser, resumed, other))
+                _require_equal_runs(begun, again, "the run restored to its start from given genomes")
+                differs = not np.array_equal(begun[0], random[0])
+                _require(differs, "start_from: expected other genomes than those of a run from its own, got the same")
 
     def _create(self, case: Case, seed: int = 1) -> Optimiser:
         return self.create(*case, np.random.Generator(np.random.PCG64(seed)))

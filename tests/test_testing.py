@@ -47,6 +47,20 @@ class RandomSearch:
         self.rng.bit_generator.state = state["rng"]
 
 
+class Climber(RandomSearch):
+    """Random search round the best so far, which is its answer and may be given."""
+
+    def ask(self):
+        genomes = self.rng.standard_normal(self.shape)
+        return genomes if self.best is None else self.best + genomes
+
+    def answer(self):
+        return np.empty((0, self.shape[1])) if self.best is None else self.best[np.newaxis].copy()
+
+    def start_from(self, genomes):
+        self.best = genomes.mean(axis=0)
+
+
 class Reflex:
     """A Python controller with memory: two weights for each wheel, a running mean of the RF strength."""
 
@@ -125,6 +139,7 @@ def fitness_failures(factory):
 
 def test_sound_plugins_pass():
     assert optimiser_failures(RandomSearch) == []
+    assert optimiser_failures(Climber) == []
     assert controller_failures(Reflex) == []
     assert controller_failures(Machine) == []
     assert fitness_failures(Homing) == []
@@ -240,9 +255,58 @@ class TiesByTheCallsOfAll(RandomSearch):
         self.best = genomes[best[TiesByTheCallsOfAll.calls % len(best)]].copy()
 
 
+class AnswersOneGenome(Climber):
+    def answer(self):
+        return super().answer().ravel()
+
+
+class AnswersAtRandom(Climber):
+    def answer(self):
+        return super().answer() + self.rng.standard_normal(self.shape[1])
+
+
+class AnswersFromMemory(Climber):
+    def tell(self, genomes, costs):
+        super().tell(genomes, costs)
+        self.last = genomes[:1].copy()
+
+    def answer(self):
+        return getattr(self, "last", super().answer())
+
+
+class AnswersItsOwnArray(Climber):
+    def answer(self):
+        return super().answer() if self.best is None else self.best[np.newaxis]
+
+
+class ForgetsWhereItStarts(Climber):
+    def start_from(self, genomes):
+        pass
+
+
+class StartsFromTheCallersArray(Climber):
+    def start_from(self, genomes):
+        self.best = genomes[0]
+
+
+class DoesNotStoreItsStart(Climber):
+    def start_from(self, genomes):
+        self.start = genomes.mean(axis=0)
+
+    def ask(self):
+        return super().ask() + getattr(self, "start", 0)
+
+
 @pytest.mark.parametrize(
     ("broken", "test", "reason"),
     [
+        (AnswersOneGenome, "test_answers", "answer: expected the shape (n, "),
+        (AnswersAtRandom, "test_answers", "expected it to change nothing"),
+        (AnswersFromMemory, "test_answers", "answer: expected the same from a restored run"),
+        (AnswersItsOwnArray, "test_answers", "expected it to change nothing"),
+        (ForgetsWhereItStarts, "test_begins", "start_from: expected other genomes"),
+        (StartsFromTheCallersArray, "test_begins", "ask: expected finite numbers"),
+        (DoesNotStoreItsStart, "test_begins", "from given genomes; the call 1 differs"),
         (OnlyAsksAndTells, "test_has_the_methods", "expected the methods ask, tell, state and restore"),
         (WrongLength, "test_asks_for_genomes", "ask: expected the shape (n, "),
         (Single, "test_asks_for_genomes", "ask: expected float64, got float32"),

@@ -84,6 +84,20 @@ class PDE:
         self._evaluations = np.zeros(population, dtype=np.intp)
         self._main_parents = np.full(population, -1, dtype=np.intp)  # index into the population; -1: not a new child
 
+    def start_from(self, genomes: FloatArray) -> None:
+        """Begin from ``genomes`` ``(k, size)``; the rest of the population stays random, as it was drawn.
+
+        Raises:
+            ValueError: They are more than the population.
+        """
+        if len(genomes) > self._population:
+            raise ValueError(
+                f"genomes: expected at most the population, {self._population}, got {len(genomes)}; "
+                "give fewer or make evolution.population larger"
+            )
+        rho = self._space.is_switch
+        self._genomes[: len(genomes)] = np.where(rho, genomes >= 0.5, genomes)
+
     def ask(self) -> FloatArray:
         """Return the genomes ``(n, size)`` to evaluate: the retained, if evaluated again, then the children."""
         return self._genomes[self._asked()]

@@ -15,7 +15,7 @@ from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.state import encode_state
 from swarmevo.plugins.calls import blamed, message, one_line
 from swarmevo.plugins.checked import plugin_title
-from swarmevo.protocols import FloatArray, GenomeSpace, Optimiser
+from swarmevo.protocols import AnsweringOptimiser, FloatArray, GenomeSpace, Optimiser, StartableOptimiser
 
 OPTIMISER_STREAM: Final = 0x0B7
 """Sets the optimiser's random numbers apart from the episodes'."""
@@ -48,22 +48,51 @@ class CheckedOptimiser:
         if state is not None:
             self._call("restore", generation, state)
 
+    def start_from(self, genomes: FloatArray) -> None:
+        """Begin from genomes ``(k, size)``, before the first :meth:`ask`.
+
+        Raises:
+            PluginError: The optimiser cannot begin from given genomes, or not from these.
+        """
+        if not isinstance(self._made, StartableOptimiser):
+            raise PluginError(
+                f"{self._title}: expected the method start_from, to begin from given genomes, got none; "
+                "choose another optimiser or give no genomes"
+            )
+
+        def refused(error: BaseException) -> PluginError:
+            reason = message(error) if isinstance(error, ValueError) else f"raised {one_line(error)}"
+            return PluginError(f"{self._title}: start_from: {reason}")
+
+        with blamed(refused):
+            self._made.start_from(_given(genomes))
+
     def ask(self, generation: int) -> FloatArray:
         """Return the genomes to evaluate, ``(n, size)``."""
-        genomes = self._call("ask", generation)
-        wrong = self._wrong_with(genomes)
+        return self._genomes("ask", generation, least=1)
+
+    def answer(self, generation: int) -> FloatArray:
+        """Return the genomes ``(k, size)`` that it would answer with now; none if it has no answer of its own."""
+        if not isinstance(self._made, AnsweringOptimiser):
+            return np.empty((0, self._space.size))
+        return self._genomes("answer", generation, least=0)
+
+    def _genomes(self, method: str, generation: int, least: int) -> FloatArray:
+        """Return a copy of the genomes ``(n, size)`` that a method returns, n at least ``least``."""
+        genomes = self._call(method, generation)
+        wrong = self._wrong_with(genomes, least)
         if wrong:
-            raise self._error("ask", generation, wrong)
+            raise self._error(method, generation, wrong)
         return np.array(genomes, order="C")
 
-    def _wrong_with(self, genomes: object) -> str:
+    def _wrong_with(self, genomes: object, least: int) -> str:
         size = self._space.size
         if type(genomes) is not np.ndarray:  # nor a masked array, whose gaps would become numbers
             return f"expected a NumPy array, got {type(genomes).__name__}"
         if genomes.dtype != np.float64:
             return f"expected dtype float64, got {genomes.dtype}"
-        if genomes.ndim != 2 or genomes.shape[0] < 1 or genomes.shape[1] != size:
-            return f"expected the shape (n, {size}) with n >= 1, got {genomes.shape}"
+        if genomes.ndim != 2 or genomes.shape[0] < least or genomes.shape[1] != size:
+            return f"expected the shape (n, {size}) with n >= {least}, got {genomes.shape}"
         if not (finite := np.isfinite(genomes)).all():
             row, column = np.argwhere(~finite)[0]
             return f"expected finite numbers, got {genomes[row, column]} in genome {row}, gene {column}"
@@ -71,10 +100,7 @@ class CheckedOptimiser:
 
     def tell(self, generation: int, genomes: FloatArray, costs: FloatArray) -> None:
         """Tell the costs ``(n, m)`` of the genomes just asked for."""
-        told = genomes.copy(), costs.copy()
-        for array in told:
-            array.flags.writeable = False
-        self._call("tell", generation, *told)
+        self._call("tell", generation, _given(genomes), _given(costs))
 
     def state(self, generation: int) -> str:
         """Return the optimiser's state as it is stored."""
@@ -96,3 +122,10 @@ class CheckedOptimiser:
             f"{self._title}: {method}, trial {self._trial}, generation {generation}: {reason}; repair the plugin, then "
             "resume with --accept-changed-plugin: all generations before are stored"
         )
+
+
+def _given(array: FloatArray) -> FloatArray:
+    """Return a copy that nobody can write to."""
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy

@@ -194,6 +194,23 @@ def test_draws_in_the_order_of_its_docstring():
     assert pde.state()["rng"] == rng.bit_generator.state
 
 
+def test_given_genomes_come_first_and_the_rest_is_as_it_was_drawn():
+    given = 3 + np.random.default_rng(1).random((2, CHROMOSOME.size))
+    pde, random = PDE(CHROMOSOME, 6, 2, generator()), PDE(CHROMOSOME, 6, 2, generator()).ask()
+    pde.start_from(given)
+    genomes, real = pde.ask(), ~CHROMOSOME.is_switch
+    np.testing.assert_array_equal(genomes[2:], random[2:])
+    np.testing.assert_array_equal(genomes[:2, real], given[:, real])
+    assert np.all(genomes[:2, ~real] == 1.0)  # a switch is on from 0.5
+    pde.start_from(np.zeros((6, CHROMOSOME.size)))
+    assert not pde.ask().any()
+
+
+def test_more_given_genomes_than_the_population_are_refused():
+    with pytest.raises(ValueError, match=r"^genomes: expected at most the population, 6, got 7; give fewer or make"):
+        PDE(CHROMOSOME, 6, 2, generator()).start_from(np.zeros((7, CHROMOSOME.size)))
+
+
 # ---- steps 3.1 to 3.3: who is retained -------------------------------------------------------------------------------
 
 

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What an optimiser may do besides: answer with genomes of its own, begin from given ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import toy_plugins
+from swarmevo.errors import PluginError
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.evolution.optimiser import CheckedOptimiser
+
+
+class Able(toy_plugins.Search):
+    """Answers with what it began from, or with what a test wants."""
+
+    wanted: Any = None
+
+    def start_from(self, genomes: Any) -> None:
+        if len(genomes) > 2:
+            raise ValueError("genomes: expected at most 2, got more")
+        self._best = genomes[0] + 0.0
+        genomes[0] = 0.0
+
+    def answer(self) -> Any:
+        return self._best[np.newaxis] if self.wanted is None and self._best is not None else self.wanted
+
+
+@pytest.fixture
+def make(
+    distribution: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[[str], CheckedOptimiser]]:
+    """Return the optimiser of a name, as a run makes it."""
+    toy_plugins.install(distribution)
+    monkeypatch.setattr(toy_plugins, "Able", Able, raising=False)
+    distribution("able", "1.0", {"swarmevo.optimisers": {"able": "toy_plugins:Able"}})
+    with Evaluator(toy_plugins.config(), workers=1) as evaluator:
+        yield lambda name: CheckedOptimiser(toy_plugins.config(optimiser=name), evaluator, trial=0)
+
+
+def test_an_optimiser_without_an_answer_has_none(make: Callable[[str], CheckedOptimiser]) -> None:
+    assert make("toy_search").answer(0).shape == (0, 36)
+
+
+def test_an_answer_is_a_copy(make: Callable[[str], CheckedOptimiser], monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = np.ones((3, 36))
+    monkeypatch.setattr(Able, "wanted", answers)
+    made = make("able").answer(0)
+    np.testing.assert_array_equal(made, answers)
+    assert not np.shares_memory(made, answers)
+    monkeypatch.setattr(Able, "wanted", answers[:0])
+    assert make("able").answer(0).shape == (0, 36)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "told"),
+    [
+        (np.ones(36), "expected the shape (n, 36) with n >= 0, got (36,)"),
+        (np.full((1, 36), np.nan), "expected finite numbers, got nan in genome 0, gene 0"),
+        ([], "expected a NumPy array, got list"),
+    ],
+)
+def test_a_wrong_answer_is_named(
+    make: Callable[[str], CheckedOptimiser], monkeypatch: pytest.MonkeyPatch, wanted: Any, told: str
+) -> None:
+    monkeypatch.setattr(Able, "wanted", wanted)
+    expected = f"optimiser.able (able 1.0): answer, trial 0, generation 4: {told}; repair the plugin"
+    with pytest.raises(PluginError, match=f"^{re.escape(expected)}"):
+        make("able").answer(4)
+
+
+def test_an_optimiser_begins_from_given_genomes(
+    make: Callable[[str], CheckedOptimiser], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = np.arange(72.0).reshape(2, 36)
+    with pytest.raises(PluginError, match=r"^optimiser.able \(able 1.0\): start_from: .*read-only$"):
+        make("able").start_from(given)  # it writes to them
+    monkeypatch.setattr(Able, "start_from", lambda self, genomes: setattr(self, "_best", genomes[1]))
+    optimiser = make("able")
+    optimiser.start_from(given)
+    np.testing.assert_array_equal(optimiser.answer(0), given[1:])
+
+
+def test_what_an_optimiser_refuses_to_begin_from_is_one_line(make: Callable[[str], CheckedOptimiser]) -> None:
+    expected = "optimiser.able (able 1.0): start_from: genomes: expected at most 2, got more"
+    with pytest.raises(PluginError, match=f"^{re.escape(expected)}$"):
+        make("able").start_from(np.ones((3, 36)))
+
+
+def test_an_optimiser_that_cannot_begin_from_given_genomes_says_so(make: Callable[[str], CheckedOptimiser]) -> None:
+    with pytest.raises(PluginError, match="expected the method start_from, to begin from given genomes, got none; "):
+        make("toy_search").start_from(np.ones((1, 36)))
