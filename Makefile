@@ -61,7 +61,7 @@ lint: $(call needs,lint) build/system-lint
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/deptry swarmevo plugins/swarmevo_paper
+	$(BIN)/deptry swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped
 	clang-format --dry-run --Werror $(CPP_FILES)
 
 # It needs no build, so that code which does not compile can be formatted.
@@ -146,5 +146,5 @@ $(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/pytho
 
 build/python-files: FORCE
 	@mkdir -p build
-	@find swarmevo plugins/swarmevo_paper -name '*.py' | sort | cmp -s - $@ || \
-	  find swarmevo plugins/swarmevo_paper -name '*.py' | sort >$@
+	@find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped -name '*.py' | sort | cmp -s - $@ || \
+	  find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped -name '*.py' | sort >$@

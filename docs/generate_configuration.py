@@ -22,9 +22,9 @@ HEAD = """\
 # Configuration
 
 A run is decided by one YAML file and `--set` overrides. What neither names has the default below; the only home of
-defaults is [`swarmevo/config/models.py`](../swarmevo/config/models.py). Two files come with swarmevo and are called by
-their bare names: [`quick`](../configs/quick.yaml), the default of `swarmevo evolve`, and
-[`paper`](../configs/paper.yaml).
+defaults is [`swarmevo/config/models.py`](../swarmevo/config/models.py). Three files come with swarmevo and are called
+by their bare names: [`quick`](../configs/quick.yaml), the default of `swarmevo evolve`,
+[`paper`](../configs/paper.yaml) and [`shaped`](../configs/shaped.yaml).
 
 ```yaml
 team:
@@ -153,7 +153,8 @@ def _options(kind: str, name: str, factory: Any) -> Iterator[str]:
         if option.name not in plugins.HOST_PARAMETERS[kind]
     ]
     yield f"### {kind}.{name}\n\n{(inspect.getdoc(factory) or '').split(chr(10))[0].replace('``', '`')}\n"
-    yield _table(("option", "value", "default", "meaning"), rows)
+    if rows:
+        yield _table(("option", "value", "default", "meaning"), rows)
 
 
 def _choices(option: Parameter) -> str:

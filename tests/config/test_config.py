@@ -19,6 +19,7 @@ from swarmevo import config
 from swarmevo.config import Config
 from swarmevo.config import messages as config_messages
 from swarmevo.errors import ConfigError
+from swarmevo.plugins.team import Team, load_config
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -255,7 +256,9 @@ def test_an_override_in_a_section_without_keys(load: Any) -> None:
 
 
 def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"nowhere\.yaml: no such file; packaged configurations: paper, quick"):
+    with pytest.raises(
+        ConfigError, match=r"nowhere\.yaml: no such file; packaged configurations: paper, quick, shaped"
+    ):
         config.load(tmp_path / "nowhere.yaml")
     with pytest.raises(ConfigError, match=r"^quik: no such file; did you mean quick\?$"):
         config.load("quik")
@@ -492,6 +495,13 @@ def test_paper_is_table_one() -> None:
     assert paper.controller == {"feedforward": {"hidden": 15}}
     assert paper.evolution.trials == 10
     assert min(paper.noise.infrared, paper.noise.wheels) > 0
+
+
+def test_shaped_has_three_objectives_and_no_short_cut() -> None:
+    shaped = load_config("shaped")
+    assert len(Team(shaped).objectives) == 3
+    assert shaped.team.start == "random"
+    assert shaped.episode.until == "push"
 
 
 def test_quick_is_the_papers_world() -> None:

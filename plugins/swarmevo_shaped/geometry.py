@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What poses say of box, robots and target wall, at each control step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from swarmevo.protocols import BoolArray, FloatArray, IntArray, Telemetry
+
+WALLS: Final = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
+"""For each wall the unit vector towards it."""
+
+
+def world_of(telemetry: Telemetry) -> Mapping[str, Mapping[str, Any]]:
+    """Return the world of the episodes.
+
+    Raises:
+        ValueError: Nobody gave it.
+    """
+    if not telemetry.world:
+        raise ValueError("telemetry.world: expected the world of the episodes, got none; give it to Telemetry(...)")
+    return telemetry.world
+
+
+def steps_of(telemetry: Telemetry) -> int:
+    """Return how many control steps the horizon has. An episode that ended before it has fewer."""
+    horizon: float = world_of(telemetry)["episode"]["horizon"]
+    return round(horizon / telemetry.control_period)
+
+
+def has_pushed(telemetry: Telemetry) -> BoolArray:
+    """Return ``(episodes,)``: whether the box has touched the target wall."""
+    return np.isfinite(telemetry.push_time)
+
+
+def steps_before_push(telemetry: Telemetry) -> IntArray:
+    """Return ``(episodes,)``: control steps before the box touched the target wall; never: all of the horizon's."""
+    steps = np.where(has_pushed(telemetry), telemetry.push_time / telemetry.control_period, steps_of(telemetry))
+    return np.rint(steps).astype(np.intp)
+
+
+def robots_at_face(telemetry: Telemetry, facing: float) -> FloatArray:
+    """Return ``(episodes, steps)``: how many robots touch the box's pushing face.
+
+    That is the face whose outward normal points most away from the target wall at that moment. A robot touches it if
+    its centre is between the face's ends, its body not farther than the box sensors see, and its heading within
+    ``facing`` [rad] of the face's inward normal.
+    """
+    world, box = world_of(telemetry), telemetry.box[..., np.newaxis, :]
+    half_x, half_y = (side / 2 for side in world["box"]["size"][:2])
+    cosine, sine = np.cos(box[..., 2]), np.sin(box[..., 2])
+
+    # The direction to the wall, in the box's frame, tells which face: of its x or of its y, and on which side.
+    wall_x, wall_y = WALLS[world["arena"]["target_wall"]]
+    ahead_x, ahead_y = cosine * wall_x + sine * wall_y, cosine * wall_y - sine * wall_x
+    is_y = np.abs(ahead_y) >= np.abs(ahead_x)
+    side = np.sign(np.where(is_y, ahead_y, ahead_x))
+
+    # Robots in the box's frame: outwards from that face, and along it.
+    dx, dy = telemetry.pose[..., 0] - box[..., 0], telemetry.pose[..., 1] - box[..., 1]
+    x, y, turn = cosine * dx + sine * dy, cosine * dy - sine * dx, telemetry.pose[..., 2] - box[..., 2]
+    outwards = -side * np.where(is_y, y, x) - np.where(is_y, half_y, half_x)
+    along = np.abs(np.where(is_y, x, y)) - np.where(is_y, half_x, half_y)
+    inwards = side * np.where(is_y, np.sin(turn), np.cos(turn))
+
+    reach = world["robot"]["radius"] + world["sensors"]["touch_range"]
+    touches = (outwards > 0) & (outwards <= reach) & (along <= 0) & (inwards >= math.cos(facing))
+    count: FloatArray = touches.sum(axis=-1, dtype=np.float64)
+    return count
+
+
+def free_way(telemetry: Telemetry) -> FloatArray:
+    """Return ``(episodes, steps)``: distance between the target wall and the corner of the box nearest to it [m]."""
+    world, (x, y, heading) = world_of(telemetry), np.moveaxis(telemetry.box, -1, 0)
+    (length, width), (wall_x, wall_y) = world["box"]["size"][:2], WALLS[world["arena"]["target_wall"]]
+    cosine, sine = np.abs(np.cos(heading)), np.abs(np.sin(heading))
+    across = (cosine * width + sine * length) if wall_x == 0 else (cosine * length + sine * width)
+    way: FloatArray = (world["arena"]["size"] - across) / 2 - (wall_x * x + wall_y * y)
+    return way
+
+
+def nearness(telemetry: Telemetry) -> FloatArray:
+    """Return ``(episodes, steps)``: 1 at the emitter, 0 at the arena's farthest corner from it; mean over robots."""
+    world = world_of(telemetry)
+    (x, y, _), half = world["emitter"]["position"], world["arena"]["size"] / 2
+    distance = np.hypot(telemetry.pose[..., 0] - x, telemetry.pose[..., 1] - y)
+    farthest = math.hypot(half + abs(x), half + abs(y))
+    near: FloatArray = np.clip(1 - distance / farthest, 0, 1).mean(axis=-1)
+    return near

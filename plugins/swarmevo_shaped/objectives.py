@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Objectives that lead to box pushing step by step, one a plugin; formulas and advice are in ``docs/fitness.md``.
+
+All are from 0 to 1. What comes after the box has touched the target wall counts as reached: hence an episode that ends
+there has the same value as one that goes on, and a team is not blamed for what it does when the work is done.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import ClassVar, Literal, get_args
+
+import numpy as np
+
+from swarmevo.protocols import Controller, FloatArray, Objective, Telemetry
+from swarmevo_shaped import geometry
+from swarmevo_shaped.geometry import free_way, has_pushed, steps_before_push, steps_of
+
+Moment = Literal["most", "end"]
+
+
+class Shaped(ABC):
+    """A fitness with one objective from 0 to 1; more is better."""
+
+    name: ClassVar[str]
+    """Of the objective, and of the plugin."""
+    channels: tuple[str, ...] = ()
+
+    @property
+    def objectives(self) -> tuple[Objective]:
+        """The only one."""
+        return (Objective(self.name, "maximise", (0.0, 1.0)),)
+
+    @abstractmethod
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``."""
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return ``(episodes, 1)``.
+
+        Raises:
+            ValueError: The telemetry has no world.
+        """
+        return self.values(telemetry)[:, np.newaxis]
+
+
+class Explained(Shaped):
+    """One that has a course: a value at each control step, of which the objective is made."""
+
+    @abstractmethod
+    def course(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes, steps)``, each in [0, 1]."""
+
+    def terms(self, telemetry: Telemetry) -> dict[str, FloatArray]:
+        """Return the course by the objective's name, for the plot beside a replay."""
+        return {self.name: self.course(telemetry)}
+
+
+class Togetherness(Explained):
+    """How many robots touch the box's pushing face together, over the time.
+
+    Args:
+        needed: Robots that it takes to push the box; more count no more.
+        facing: Largest angle between a robot's heading and the direction of the push [deg]; 180: however it stands.
+
+    Raises:
+        ValueError: An option is out of its range.
+    """
+
+    name = "togetherness"
+    channels = ("pose", "box")
+
+    def __init__(self, needed: int = 3, facing: float = 60.0) -> None:
+        if type(needed) is not int or not 1 <= needed <= 64:
+            raise ValueError(f"needed: expected a whole number from 1 to 64, got {needed!r}")
+        if not isinstance(facing, (int, float)) or not 0 <= facing <= 180:
+            raise ValueError(f"facing: expected a number from 0 to 180, got {facing!r}")
+        self._needed, self._facing = needed, math.radians(facing)
+
+    def course(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes, steps)``: squared, so that each robot that joins counts for more than the one before."""
+        share = geometry.robots_at_face(telemetry, self._facing) / self._needed
+        return np.square(np.minimum(share, 1))
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``: mean over the horizon."""
+        return _over_time(telemetry, self.course(telemetry))
+
+
+class Progress(Explained):
+    """How far the box has come to the target wall, as a share of its free way at the start.
+
+    Args:
+        measured: The ``most`` in the episode, or at its ``end``.
+
+    Raises:
+        ValueError: The option is none of its choices.
+    """
+
+    name = "progress"
+    channels = ("box",)
+
+    def __init__(self, measured: Moment = "most") -> None:
+        if measured not in get_args(Moment):
+            raise ValueError(f"measured: expected one of {', '.join(get_args(Moment))}, got {measured!r}")
+        self._measured: Moment = measured
+
+    def course(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes, steps)``."""
+        way = free_way(telemetry)
+        return _share(way[:, :1] - way, way[:, :1])
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``."""
+        course = self.course(telemetry)
+        return np.where(has_pushed(telemetry), 1.0, course[:, -1] if self._measured == "end" else course.max(axis=1))
+
+
+class Displacement(Explained):
+    """How far the box came from where it stood, whatever the direction, as a share of its free way at the start.
+
+    More counts as better: it is for worlds or terms of negative weight, where the box is to stay.
+    """
+
+    name = "displacement"
+    channels = ("box",)
+
+    def course(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes, steps)``."""
+        moved = telemetry.box[..., :2] - telemetry.box[:, :1, :2]
+        return _share(np.hypot(moved[..., 0], moved[..., 1]), free_way(telemetry)[:, :1])
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``: the most."""
+        return np.where(has_pushed(telemetry), 1.0, self.course(telemetry).max(axis=1))
+
+
+class Success(Shaped):
+    """Whether the box touched the target wall."""
+
+    name = "success"
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``: 0 or 1."""
+        return has_pushed(telemetry).astype(np.float64)
+
+
+class Speed(Shaped):
+    """How early the box touched the target wall: the share of the horizon that was left then; never: 0."""
+
+    name = "speed"
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``."""
+        return 1 - steps_before_push(telemetry) / steps_of(telemetry)
+
+
+class Homing(Shaped):
+    """The share of robots that came within the emitter's range."""
+
+    name = "homing"
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``."""
+        return np.where(has_pushed(telemetry), 1.0, np.isfinite(telemetry.homing_time).mean(axis=1))
+
+
+class Nearness(Explained):
+    """How near the robots are to the emitter, over the time: also those that are not within its range."""
+
+    name = "nearness"
+    channels = ("pose",)
+
+    def course(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes, steps)``: mean over the robots."""
+        return geometry.nearness(telemetry)
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``: mean over the horizon."""
+        return _over_time(telemetry, self.course(telemetry))
+
+
+def _over_time(telemetry: Telemetry, course: FloatArray) -> FloatArray:
+    """Return ``(episodes,)``: the mean of a course over the horizon, as 1 from the push on."""
+    steps, before = steps_of(telemetry), steps_before_push(telemetry)
+    # One episode at a time: the same bits whichever episodes stand beside it.
+    sums = np.array([one[:n].sum() for one, n in zip(course, before, strict=True)], dtype=np.float64)
+    mean: FloatArray = (sums + (steps - before)) / steps
+    return mean
+
+
+def _share(part: FloatArray, whole: FloatArray) -> FloatArray:
+    """Return ``part / whole``, cut to [0, 1]; 0 where there is no whole."""
+    share = np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
+    return np.clip(share, 0, 1)
