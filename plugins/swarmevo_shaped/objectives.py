@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Objectives that lead to box pushing step by step, one a plugin; formulas and advice are in ``docs/fitness.md``.
 
-All are from 0 to 1. What comes after the box has touched the target wall counts as reached: hence an episode that ends
-there has the same value as one that goes on, and a team is not blamed for what it does when the work is done.
+All are from 0 to 1. What a team does after the box has touched the target wall counts neither for nor against it: hence
+an episode that ends there has the same value as one that goes on.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Final, Literal, get_args
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from swarmevo_shaped import geometry
 from swarmevo_shaped.geometry import free_way, has_pushed, steps_before_push, steps_of
 
 Moment = Literal["most", "end"]
+
+LAST: Final = 1.0
+"""[s] before the push, whose mean stands for all the time after it."""
 
 
 class Shaped(ABC):
@@ -182,12 +185,19 @@ class Nearness(Explained):
 
 
 def _over_time(telemetry: Telemetry, course: FloatArray) -> FloatArray:
-    """Return ``(episodes,)``: the mean of a course over the horizon, as 1 from the push on."""
-    steps, before = steps_of(telemetry), steps_before_push(telemetry)
+    """Return ``(episodes,)``: the mean of a course over the horizon; from the push on it stays as it was just before.
+
+    Were it 1 from then on, evolution would be content with a team that pushes without it, say blindly backwards.
+    """
+    steps, last = steps_of(telemetry), max(1, round(LAST / telemetry.control_period))
+
+    def mean(one: FloatArray, before: int) -> float:
+        seen = one[: max(before, 1)]  # the box may touch the wall at the start
+        return float((one[:before].sum() + (steps - before) * seen[-last:].mean()) / steps)
+
     # One episode at a time: the same bits whichever episodes stand beside it.
-    sums = np.array([one[:n].sum() for one, n in zip(course, before, strict=True)], dtype=np.float64)
-    mean: FloatArray = (sums + (steps - before)) / steps
-    return mean
+    means = [mean(one, int(n)) for one, n in zip(course, steps_before_push(telemetry), strict=True)]
+    return np.array(means, dtype=np.float64)
 
 
 def _share(part: FloatArray, whole: FloatArray) -> FloatArray:

@@ -260,15 +260,25 @@ def test_an_episode_that_ends_at_the_push_has_the_same_value(fitness):
 
 @pytest.mark.parametrize("factory", FACTORIES)
 def test_the_best_is_1_and_the_worst_0(factory):
-    corner = (0.5, -0.5, 0.0)
-    assert value(factory, episode([corner], push=0.0)) == pytest.approx(1.0, abs=1e-15)
+    corner, emitter = (0.5, -0.5, 0.0), Emitter(position=(*AT_FACE[:2], 0.03))
+    assert value(factory, episode([AT_FACE] * 3, push=0.0, emitter=emitter)) == pytest.approx(1.0, abs=1e-15)
     assert value(factory, episode([corner])) == pytest.approx(0.0, abs=1e-15)
 
 
-def test_togetherness_and_nearness_count_the_time_after_the_push_as_reached():
-    telemetry = episode([ELSEWHERE], push=0.3, steps=4)
-    assert value(Togetherness, telemetry) == 0.25
-    assert value(Nearness, episode([(0.5, -0.5, 0.0)], push=0.1, steps=4)) == 0.75
+def test_togetherness_and_nearness_stay_as_they_were_in_the_last_second_before_the_push():
+    """One robot, ten steps away and fifteen at the face, of whose last ten steps all count; away again after it."""
+    poses = [[ELSEWHERE]] * 10 + [[AT_FACE]] * 15 + [[ELSEWHERE]] * 25
+    assert value(Togetherness, episode(poses, push=2.5, steps=50), needed=1) == pytest.approx(40 / 50)
+    assert value(Togetherness, episode(poses, push=1.5, steps=50), needed=1) == pytest.approx((5 + 35 * 0.5) / 50)
+    assert value(Togetherness, episode(poses, push=0.5, steps=50), needed=1) == 0
+    emitter, corner = [(0.0, 0.345, 0.0)], [(0.5, -0.5, 0.0)]
+    assert value(Nearness, episode([emitter] * 5 + [corner] * 35, push=1.5, steps=40)) == pytest.approx(5 / 40)
+
+
+def test_who_pushes_backwards_is_not_together():
+    telemetry = episode([(x, 0.22, -NORTH) for x in (-0.1, 0.0, 0.1)], push=0.1)
+    assert value(Togetherness, telemetry) == 0
+    assert value(Togetherness, telemetry, facing=180) == 1
 
 
 @pytest.mark.parametrize("factory", [Togetherness, Progress, Displacement, Speed, Nearness])
@@ -310,8 +320,8 @@ def test_three_robots_that_push_together():
     for one, time in zip(found, done.push_time, strict=True):
         assert (one["success"], one["progress"], one["homing"]) == (1, 1, 1)
         assert one["speed"] == pytest.approx(1 - time / 30)
-        assert one["togetherness"] > one["speed"]
-        assert 0.9 < one["shaped"] < 1
+        assert one["togetherness"] > 0.7
+        assert 0.85 < one["shaped"] < 1
 
 
 def test_a_real_episode_that_ends_at_the_push_has_the_same_values():
