@@ -65,6 +65,7 @@ class Togetherness(Explained):
 
     Args:
         needed: Robots that it takes to push the box; more count no more.
+        power: Of the share of those robots that are there: above 1 each that joins counts for more than the one before.
         facing: Largest angle between a robot's heading and the direction of the push [deg]; 180: however it stands.
 
     Raises:
@@ -74,17 +75,20 @@ class Togetherness(Explained):
     name = "togetherness"
     channels = ("pose", "box")
 
-    def __init__(self, needed: int = 3, facing: float = 60.0) -> None:
+    def __init__(self, needed: int = 3, power: float = 2.0, facing: float = 60.0) -> None:
         if type(needed) is not int or not 1 <= needed <= 64:
             raise ValueError(f"needed: expected a whole number from 1 to 64, got {needed!r}")
+        if not isinstance(power, (int, float)) or not 0 < power <= 10:
+            raise ValueError(f"power: expected a number above 0 and up to 10, got {power!r}")
         if not isinstance(facing, (int, float)) or not 0 <= facing <= 180:
             raise ValueError(f"facing: expected a number from 0 to 180, got {facing!r}")
-        self._needed, self._facing = needed, math.radians(facing)
+        self._needed, self._power, self._facing = needed, power, math.radians(facing)
 
     def course(self, telemetry: Telemetry) -> FloatArray:
-        """Return ``(episodes, steps)``: squared, so that each robot that joins counts for more than the one before."""
+        """Return ``(episodes, steps)``."""
         share = geometry.robots_at_face(telemetry, self._facing) / self._needed
-        return np.square(np.minimum(share, 1))
+        together: FloatArray = np.minimum(share, 1) ** self._power
+        return together
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: mean over the horizon."""

@@ -35,6 +35,7 @@ class WeightedMean:
         nearness: Weight of ``nearness``.
         displacement: Weight of ``displacement``.
         needed: Option of ``togetherness``.
+        power: Option of ``togetherness``.
         facing: Option of ``togetherness``.
 
     Raises:
@@ -51,10 +52,11 @@ class WeightedMean:
         nearness: float = 0.5,
         displacement: float = 0.0,
         needed: int = 3,
+        power: float = 2.0,
         facing: float = 60.0,
     ) -> None:
         weighted: list[tuple[float, Shaped]] = [
-            (togetherness, Togetherness(needed, facing)),
+            (togetherness, Togetherness(needed, power, facing)),
             (progress, Progress()),
             (success, Success()),
             (speed, Speed()),

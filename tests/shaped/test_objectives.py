@@ -90,6 +90,7 @@ def test_each_robot_that_joins_counts_for_more():
     assert value(Togetherness, telemetry) == pytest.approx(23 / 45)
     assert value(Togetherness, telemetry, needed=4) == pytest.approx((1 + 4 + 9 + 16) / 16 / 5)
     assert value(Togetherness, telemetry, needed=1) == pytest.approx(4 / 5)
+    assert value(Togetherness, telemetry, power=1) == pytest.approx((1 / 3 + 2 / 3 + 1 + 1) / 5)
 
 
 @pytest.mark.parametrize(
@@ -357,6 +358,7 @@ def test_who_touches_is_who_feels_the_box():
     [
         (Togetherness, {"needed": 0}, "needed: expected a whole number from 1 to 64, got 0"),
         (Togetherness, {"needed": 2.0}, "needed: expected a whole number from 1 to 64, got 2.0"),
+        (Togetherness, {"power": 0}, "power: expected a number above 0 and up to 10, got 0"),
         (Togetherness, {"facing": 181}, "facing: expected a number from 0 to 180, got 181"),
         (Togetherness, {"facing": float("nan")}, "facing: expected a number from 0 to 180, got nan"),
         (Progress, {"measured": "last"}, "measured: expected one of most, end, got 'last'"),

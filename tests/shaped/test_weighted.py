@@ -47,7 +47,7 @@ def test_the_options_of_togetherness_are_passed_on():
     telemetry = random_telemetry(WeightedMean().channels, 1, steps=20000)
     found, expected = (
         fitness.evaluate(telemetry, np.zeros((1, 0)), SwitchCounter()).tolist()
-        for fitness in (WeightedMean(**weights, needed=1, facing=180), Togetherness(1, 180))
+        for fitness in (WeightedMean(**weights, needed=2, power=1.5, facing=180), Togetherness(2, 1.5, 180))
     )
     assert found == expected
     assert found != WeightedMean(**weights).evaluate(telemetry, np.zeros((1, 0)), SwitchCounter()).tolist()
