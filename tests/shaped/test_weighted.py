@@ -16,13 +16,13 @@ NO_WEIGHTS = dict.fromkeys(("togetherness", "progress", "success", "speed", "hom
 
 
 def values(fitness):
-    telemetry = random_telemetry(WeightedMean().channels, 30)
+    telemetry = random_telemetry(("pose", "box"), 30)
     return fitness.evaluate(telemetry, np.zeros((30, 0)), SwitchCounter())[:, 0]
 
 
 class TestConformanceNegative(FitnessTests):
     def create(self):
-        return WeightedMean(displacement=-3.0)
+        return WeightedMean(homing=1.0, nearness=0.5, displacement=-3.0)
 
 
 def test_it_is_the_mean_by_the_weights():
@@ -44,7 +44,7 @@ def test_a_weight_below_0_makes_less_of_it_better():
 
 def test_the_options_of_togetherness_are_passed_on():
     weights = NO_WEIGHTS | {"togetherness": 1.0}
-    telemetry = random_telemetry(WeightedMean().channels, 1, steps=20000)
+    telemetry = random_telemetry(("pose", "box"), 1, steps=20000)
     found, expected = (
         fitness.evaluate(telemetry, np.zeros((1, 0)), SwitchCounter()).tolist()
         for fitness in (WeightedMean(**weights, needed=2, power=1.5, facing=180), Togetherness(2, 1.5, 180))
@@ -55,7 +55,7 @@ def test_the_options_of_togetherness_are_passed_on():
 
 def test_channels_of_what_has_no_weight_are_not_recorded():
     assert WeightedMean().channels == ("box", "pose")
-    assert WeightedMean(togetherness=0.0, nearness=0.0).channels == ("box",)
+    assert WeightedMean(togetherness=0.0, progress=1.0).channels == ("box",)
     assert WeightedMean(**NO_WEIGHTS | {"success": 1.0}).channels == ()
 
 
