@@ -64,7 +64,7 @@ class CheckedOptimiser:
             reason = message(error) if isinstance(error, ValueError) else f"raised {one_line(error)}"
             return PluginError(f"{self._title}: start_from: {reason}")
 
-        with blamed(refused):
+        with blamed(refused, f"{self._title}: start_from"):
             self._made.start_from(_given(genomes))
 
     def ask(self, generation: int) -> FloatArray:
@@ -110,11 +110,14 @@ class CheckedOptimiser:
             is_ours = isinstance(error, TypeError)
             return self._error("state", generation, message(error) if is_ours else f"raised {one_line(error)}")
 
-        with blamed(refused):  # a mapping of the plugin's own kind is its code, too
+        with blamed(refused, f"{self._title}: state"):  # a mapping of the plugin's own kind is its code, too
             return encode_state(state)
 
     def _call(self, method: str, generation: int, *arguments: object) -> Any:
-        with blamed(lambda error: self._error(method, generation, f"raised {one_line(error)}")):
+        def raised(error: BaseException) -> PluginError:
+            return self._error(method, generation, f"raised {one_line(error)}")
+
+        with blamed(raised, f"{self._title}: {method}"):
             return getattr(self._made, method)(*arguments)
 
     def _error(self, method: str, generation: int, reason: str) -> PluginError:

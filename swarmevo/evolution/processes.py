@@ -2,11 +2,13 @@
 """Calls in another process, which can be killed when it hangs and may crash without harm.
 
 A thread that hangs inside a stranger's code cannot be ended; a process can. Each call borrows an idle child process or
-starts one. What goes to and fro is pickled, between this process and children that it started itself.
+starts one. What goes to and fro is pickled, between this process and children that it started itself. In memory that
+both have mapped, a child notes the plugin call that it is in: what hangs or crashes there can be named.
 """
 
 from __future__ import annotations
 
+import mmap
 import os
 import select
 import signal
@@ -20,9 +22,12 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any, Final, TypeVar
 
+from swarmevo.plugins import calls
+
 T = TypeVar("T")
 
 _GLANCE_SECONDS: Final = 0.1  # between two looks whether the call was cancelled
+_SLATE_BYTES: Final = 256
 
 _idle: list[_Child] = []  # a cache: children that wait for their next call
 _idle_lock = threading.Lock()
@@ -78,10 +83,14 @@ class _Child:
         here, there = socket.socketpair()
         self.is_sound = True
         self._connection = Connection(here.detach())
-        with there:
-            command = f"from swarmevo.evolution.processes import serve; serve({there.fileno()})"
+        memory = os.memfd_create("swarmevo")
+        os.ftruncate(memory, _SLATE_BYTES)
+        self._slate = mmap.mmap(memory, _SLATE_BYTES)
+        handles = there.fileno(), memory
+        with there, open(memory, "rb"):
+            command = f"from swarmevo.evolution.processes import serve; serve{handles}"
             self._process = subprocess.Popen(
-                [sys.executable, "-c", command], pass_fds=[there.fileno()], env=_environment(), stdin=subprocess.DEVNULL
+                [sys.executable, "-c", command], pass_fds=handles, env=_environment(), stdin=subprocess.DEVNULL
             )
 
     def call(
@@ -108,21 +117,27 @@ class _Child:
                 if cancelled():
                     raise Cancelled
                 if time.monotonic() >= deadline:
-                    raise Lost(f"took longer than its time limit of {limit:g} s")
+                    raise Lost(f"took longer than its time limit of {limit:g} s{self._place()}")
             value, error = self._connection.recv()
         except (EOFError, OSError) as gone:
-            raise Lost(f"ended its process: {_how_it_ended(self._process)}") from gone
+            raise Lost(f"ended its process: {_how_it_ended(self._process)}{self._place()}") from gone
         self.is_sound = True
         if error is not None:
             raise error
         result: T = value
         return result
 
+    def _place(self) -> str:
+        """Return in which plugin call the process is, or ended."""
+        call = calls.noted(self._slate)
+        return f", in {call}" if call else ""
+
     def kill(self) -> None:
         """End the process at once."""
         self._connection.close()
         self._process.kill()
         self._process.wait()
+        self._slate.close()
 
 
 def _environment() -> Mapping[str, str]:
@@ -140,8 +155,10 @@ def _how_it_ended(process: subprocess.Popen[bytes]) -> str:
 # ---- in the child ----------------------------------------------------------------------------------------------------
 
 
-def serve(handle: int) -> None:
-    """Do what the parent asks through the socket ``handle``, until it is gone."""
+def serve(handle: int, memory: int) -> None:
+    """Do what the parent asks through the socket ``handle``, until it is gone; note plugin calls in ``memory``."""
+    with open(memory, "r+b") as file:
+        calls.note_on(mmap.mmap(file.fileno(), 0))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent decides
     threading.Thread(target=_follow_parent, args=(handle,), daemon=True).start()
     connection = Connection(handle)

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Calls of a stranger's code: whatever it raises is its fault, and what it does to the process is undone.
 
+What raises nothing, because it hangs or ends the process, is told by the names of the calls in work: :func:`in_work` in
+this process, :func:`note_on` for another one.
+
 Exceptions that are meant to end a process or a generator (``SystemExit``, ``KeyboardInterrupt``, ``GeneratorExit``) are
 faults like any other, or ``sys.exit(0)`` in a fitness function would end a run as if all were well.
 """
 
 from __future__ import annotations
 
+import mmap
 import os
 import signal
 import threading
@@ -21,23 +25,29 @@ LONGEST_MESSAGE: Final = 2000
 
 
 class StopNow(KeyboardInterrupt):
-    """A signal asked to stop while a plugin worked in the main thread. Not the plugin's fault."""
+    """A signal asked to stop while a plugin worked in the main thread, in the call that it names. No fault of it."""
+
+    def __init__(self) -> None:
+        super().__init__(*_CALLS.names[-1:])
 
 
 class _Calls(threading.local):
-    depth = 0
-    """Plugin calls that this thread is in."""
+    def __init__(self) -> None:
+        self.names: list[str] = []
+        """Plugin calls that this thread is in, the innermost last."""
 
 
 _CALLS = _Calls()
 _LOCK = threading.Lock()
-_in_work = 0  # plugin calls, of all threads
+_in_work: list[str] = []  # plugin calls, of all threads
 _home: str | None = None  # where the process was before the first of them
+_slate: mmap.mmap | None = None  # where the main thread's innermost call is noted
 
 
 def _forked() -> None:
-    global _LOCK
+    global _LOCK, _slate
     _LOCK = threading.Lock()  # a thread of the parent may hold the other one
+    _slate = None  # it is the parent's
 
 
 os.register_at_fork(after_in_child=_forked)
@@ -45,21 +55,48 @@ os.register_at_fork(after_in_child=_forked)
 
 def in_plugin() -> bool:
     """Return whether this thread is in a plugin's code."""
-    return _CALLS.depth > 0
+    return bool(_CALLS.names)
+
+
+def in_work() -> list[str]:
+    """Return the plugin calls that the process is in, of all threads."""
+    with _LOCK:
+        return _in_work.copy()
+
+
+def note_on(slate: mmap.mmap) -> None:
+    """Note the call that the main thread is in, from now on, where another process can read it (:func:`noted`)."""
+    global _slate
+    _slate = slate
+
+
+def noted(slate: mmap.mmap) -> str:
+    """Return the call that another process is, or was, in; "": none."""
+    return slate[:].rstrip(b"\0").decode(errors="replace")
+
+
+def _note() -> None:
+    if _slate is not None and threading.current_thread() is threading.main_thread():
+        name = _CALLS.names[-1] if _CALLS.names else ""
+        _slate[:] = name.encode(errors="replace")[: len(_slate)].ljust(len(_slate), b"\0")
 
 
 @contextmanager
-def blamed(explain: Callable[[BaseException], SwarmevoError]) -> Iterator[None]:
+def blamed(explain: Callable[[BaseException], SwarmevoError], call: str = "a plugin") -> Iterator[None]:
     """Turn whatever is raised here into the error that ``explain`` makes of it.
 
     The working directory is what it was afterwards. A fork that comes out of here, not its parent, ends.
+
+    Args:
+        explain: Makes the error.
+        call: The name of what is called, with its plugin.
 
     Raises:
         StopNow: A signal asked to stop.
         KeyboardInterrupt: Ctrl-C, where nobody but Python listens to it.
     """
     process = os.getpid()
-    _enter()
+    _enter(call)
     try:
         yield
     except StopNow:
@@ -72,25 +109,26 @@ def blamed(explain: Callable[[BaseException], SwarmevoError]) -> Iterator[None]:
             raise
         raise told from error
     finally:
-        _leave()
+        _leave(call)
         if os.getpid() != process:
             _end_fork(explain)
 
 
-def _enter() -> None:
-    global _in_work, _home
+def _enter(call: str) -> None:
+    global _home
     with _LOCK:
-        if _in_work == 0:
+        if not _in_work:
             _home = _directory()
-        _in_work += 1
-    _CALLS.depth += 1
+        _in_work.append(call)
+    _CALLS.names.append(call)
+    _note()
 
 
-def _leave() -> None:
-    global _in_work
-    _CALLS.depth -= 1
+def _leave(call: str) -> None:
+    _CALLS.names.pop()
+    _note()
     with _LOCK:
-        _in_work -= 1
+        _in_work.remove(call)
         if _home is not None and _directory() != _home:
             with suppress(OSError):
                 os.chdir(_home)

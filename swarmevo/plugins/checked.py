@@ -166,7 +166,7 @@ def _call(title: str, method: str, function: Callable[..., Any], *arguments: obj
             return error
         return EvaluationError(f"{title}: {method} raised {one_line(error)}")
 
-    with blamed(explain):
+    with blamed(explain, f"{title}: {method}"):
         return function(*arguments)
 
 

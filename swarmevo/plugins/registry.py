@@ -158,7 +158,11 @@ def load(entry: PluginEntry) -> Factory:
     """
     point = metadata.EntryPoint(entry.name, entry.target, GROUPS[entry.kind])
     files = entry.files
-    with blamed(lambda error: PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it")):
+
+    def refused(error: BaseException) -> PluginError:
+        return PluginError(f"{entry}: cannot be loaded: {_reason(error)}; repair or uninstall it")
+
+    with blamed(refused, f"{entry}: import"):
         factory = point.load()
     sources.note_import(entry.target, files)
     if not callable(factory):
@@ -270,7 +274,7 @@ def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *arg
         mark = "." if reason.split(":")[0] in options else ": "
         return PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})")
 
-    with blamed(refused):
+    with blamed(refused, f"{entry}: factory"):
         plugin = factory(*args, **options)
         lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]  # a property is code, too
     if all(lacking):
