@@ -3,19 +3,24 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 import toy_plugins
 from swarmevo.config import Config
 from swarmevo.protocols import Controller, FloatArray, GenomeSpace, SceneInfo, Telemetry
+from zoo_deeds import NAMED, Deed
 
-Deed = Callable[[Any], Any]
-"""What a method does instead, given what it would return."""
+DEED: Final = "SWARMEVO_ZOO"
+"""Variable of the environment that makes a new process misbehave: ``zoo_travel.evaluate=sys.exit(0)``."""
 
 _deeds: dict[str, Deed] = {}
+if os.environ.get(DEED):
+    _where, _, _name = os.environ[DEED].partition("=")
+    _deeds[_where] = NAMED[_name]
 
 
 def install(distribution: Callable[..., Any]) -> None:
@@ -24,22 +29,26 @@ def install(distribution: Callable[..., Any]) -> None:
     here = __name__
     groups = {
         "swarmevo.controllers": {"zoo_network": f"{here}:Network", "zoo_linear": f"{here}:Linear"},
-        "swarmevo.fitness": {"zoo_travel": f"{here}:Travel"},
+        "swarmevo.fitness": {"zoo_travel": f"{here}:Travel", "zoo_explained": f"{here}:Explained"},
         "swarmevo.optimisers": {"zoo_search": f"{here}:Search"},
     }
     distribution("zoo", "1.0", groups)
 
 
+PLUGINS: Final[Mapping[str, Mapping[str, Any]]] = {
+    "zoo_network": {"controller": "zoo_network"},
+    "zoo_linear": {"controller": "zoo_linear"},
+    "zoo_travel": {"fitness": ["zoo_travel"]},
+    "zoo_search": {"optimiser": "zoo_search"},
+    "zoo_explained": {"fitness": ["zoo_explained"]},
+}
+"""How each is chosen."""
+
+
 def config(plugin: str, **evolution: Any) -> Config:
     """Return a run of a moment with one of these plugins."""
-    chosen: dict[str, Any] = {
-        "zoo_network": {"controller": "zoo_network"},
-        "zoo_linear": {"controller": "zoo_linear"},
-        "zoo_travel": {"fitness": ["zoo_travel"]},
-        "zoo_search": {"optimiser": "zoo_search"},
-    }[plugin]
     short = {"generations": 3, "population": 2, "trials": 1, "repeats": 1, **evolution}
-    return toy_plugins.config(episode={"horizon": 0.3}, evolution=short, **chosen)
+    return toy_plugins.config(episode={"horizon": 0.3}, evolution=short, **PLUGINS[plugin])
 
 
 def misbehave(plugin: str, method: str, deed: Deed) -> None:
@@ -88,6 +97,12 @@ class Travel(toy_plugins.Travel):
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
         return _done("zoo_travel.evaluate", super().evaluate(telemetry, genomes, controller))
+
+
+class Explained(toy_plugins.Travel):
+    def terms(self, telemetry: Telemetry) -> Any:
+        way = np.linalg.norm(np.diff(telemetry.pose[..., :2], axis=1, prepend=0.0), axis=-1).mean(axis=-1)
+        return _done("zoo_explained.terms", {"way": way})
 
 
 class Search(toy_plugins.Search):

@@ -16,17 +16,20 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 import typer
 from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
 from swarmevo.cli import streams
-from swarmevo.cli.process import own_stdout, run
+from swarmevo.cli.process import own_exit, own_stdout, run
 from swarmevo.cli.streams import FAILED as FAILED
 from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
 from swarmevo.printable import printable
+
+if TYPE_CHECKING:
+    from swarmevo.runs.store import Store
 
 USAGE = 2
 INTERRUPTED = 130
@@ -44,7 +47,7 @@ app = typer.Typer(
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run ``swarmevo``; exits."""
     given = sys.argv[1:] if arguments is None else arguments
-    with streams.guarded(), own_stdout():
+    with streams.guarded(), own_stdout(), own_exit():
         try:
             app(args=_repeat_set(given), prog_name="swarmevo")
         except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
@@ -108,6 +111,14 @@ def exit_with(code: int, *errors: str) -> NoReturn:
     for error in errors:
         say(f"error: {error}")
     raise SystemExit(code)
+
+
+def say_how_it_was_left(store: Store) -> None:
+    """Print a warning if the process that wrote a run last did not come to tell how it ended."""
+    from swarmevo.runs import driver
+
+    if left := driver.how_it_was_left(store):
+        say(f"warning: {left}")
 
 
 # ---- arguments -------------------------------------------------------------------------------------------------------
@@ -224,10 +235,23 @@ os.register_at_fork(before=_before_fork, after_in_parent=_after_fork, after_in_c
 
 @contextmanager
 def interruptible(consequence: str = "") -> Iterator[StopOnSignal]:
-    """Yield what says whether to stop; once it has stopped, say so and what follows, and exit."""
+    """Yield what says whether to stop; once it has stopped, say so and what follows, and exit.
+
+    What did not stop is named: a plugin hangs, perhaps.
+    """
     try:
         with StopOnSignal() as stop:
             yield stop
-    except (Interrupted, KeyboardInterrupt):
+    except (Interrupted, KeyboardInterrupt) as end:
+        for call in _left(end):
+            say(f"left while it worked: {call}")
         say(f"interrupted; {consequence}" if consequence else "interrupted")
         raise SystemExit(INTERRUPTED) from None
+
+
+def _left(end: BaseException) -> list[str]:
+    """Return the plugin calls that a signal cut short, and those that threads are still in."""
+    calls = sys.modules.get("swarmevo.plugins.calls")
+    return sorted(
+        {*(end.args if calls and isinstance(end, calls.StopNow) else ()), *(calls.in_work() if calls else ())}
+    )

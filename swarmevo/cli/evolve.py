@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, Run, Workers, app, exit_with, interruptible, say, without_effect, worker_count
+from swarmevo.cli.common import (
+    USAGE,
+    Run,
+    Workers,
+    app,
+    exit_with,
+    interruptible,
+    say,
+    say_how_it_was_left,
+    without_effect,
+    worker_count,
+)
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
@@ -107,6 +118,7 @@ def _extend(folder: Path, generations: str, accept_changed_plugin: bool) -> None
     from swarmevo.runs.store import Store
 
     with Store.open(folder, readonly=False) as store:
+        say_how_it_was_left(store)
         total = driver.extend(store, generations, accept_changed_plugin)
     say(f"{folder}: {total} generations in each trial")
 
@@ -122,6 +134,7 @@ def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plu
     if scheduler:
         how += f" --scheduler {shlex.quote(scheduler)}"
     with Store.open(folder, readonly=False) as store:
+        say_how_it_was_left(store)
         try:
             with interruptible(how) as stop, console.progress(*fronts.generations(store)) as observe:
                 driver.evolve(store, workers, observe, stop, _backend(scheduler), accept_changed_plugin)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The process of the command ``swarmevo``: stdout is ours, and nothing that a plugin leaves keeps it alive.
+"""The process of the command ``swarmevo``: stdout is ours, and no plugin ends it or keeps it alive.
 
 What plugins print goes to stderr, so that results can be piped. Python's ``print`` is told apart by the thread that
 calls it; what writes to the file descriptor itself, such as compiled code, finds stderr there.
@@ -46,6 +46,26 @@ def own_stdout() -> Iterator[None]:
         yield
     finally:
         sys.stdout = before
+
+
+@contextmanager
+def own_exit() -> Iterator[None]:
+    """Have ``os._exit`` in a plugin raise ``SystemExit``, which is its fault: it would end a run as if all were well.
+
+    A process that a plugin forks may end like that, and what is no plugin.
+    """
+    end, process = os._exit, os.getpid()
+
+    def refuse(status: int) -> NoReturn:
+        if _in_plugin() and os.getpid() == process:
+            raise SystemExit(f"os._exit({status})")
+        end(status)
+
+    os._exit = refuse
+    try:
+        yield
+    finally:
+        os._exit = end
 
 
 def run(main: Callable[[], NoReturn]) -> NoReturn:

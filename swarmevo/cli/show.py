@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from swarmevo.cli.common import AsJson, Run, app
+from swarmevo.cli.common import AsJson, Run, app, say_how_it_was_left
 
 
 @app.command()
@@ -14,6 +14,7 @@ def show(run: Run, as_json: AsJson = False) -> None:
     from swarmevo.views import console
 
     with Store.open(run) as store:
+        say_how_it_was_left(store)
         summary = fronts.summarise(store)
     if as_json:
         console.show_json(summary)

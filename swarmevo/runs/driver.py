@@ -128,6 +128,22 @@ def extend(store: Store, generations: str, accept_changed_plugin: bool = False) 
     return wanted
 
 
+def how_it_was_left(store: Store) -> str:
+    """Return that the process which wrote a run last did not close it, and where it was; "": it did, or still writes.
+
+    Nothing else tells what ends a process at once.
+    """
+    if not store.left_by:
+        return ""
+    trials, generations = store.config.evolution.trials, store.config.evolution.generations
+    kept = {trial: store.generations(trial) for trial in range(trials)}
+    place = next((f"in trial {trial}, generation {n}" for trial, n in kept.items() if n < generations), "at its end")
+    return (
+        f"{store.left_by}, which wrote the run last, ended without a word {place}: it was killed, its machine stopped, "
+        "the run was moved, or a plugin ended it (os._exit)"
+    )
+
+
 def origin_of(config: Config, evaluator: Evaluator) -> dict[str, Any]:
     """Return the provenance of what is evaluated here and now."""
     return {**provenance(configuration.dump(config), _entries(config), evaluator.library), **evaluator.machines}

@@ -7,7 +7,8 @@ A run folder holds
 - ``provenance.json``: what made the run: versions, machine, git revision;
 - ``run.sqlite``: every individual of every generation, each of its episodes, and the optimisers' state; its tables are
   described in ``schema.py``;
-- ``run.lock``, only while somebody writes: held by the operating system, so it vanishes with its process.
+- ``run.lock``, while somebody writes: held by the operating system, so it opens with the end of its process. The file
+  that stays tells that this did not close the run.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ from swarmevo.runs.database import (
 )
 from swarmevo.runs.files import WatchedFile
 from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
-from swarmevo.runs.lock import WriterLock
+from swarmevo.runs.lock import WriterLock, left_by
 from swarmevo.runs.reader import StoreReader
 from swarmevo.runs.schema import to_rows
 
@@ -158,6 +159,11 @@ class Store(StoreReader):
     def provenance(self) -> dict[str, Any]:
         """Of the last session: with what the run went on so far."""
         return self.session(self._session)
+
+    @property
+    def left_by(self) -> str:
+        """The process that wrote the run last, if it ended without closing it; else, or while one writes, ""."""
+        return self._lock.left_by if self._lock else left_by(_lock_file(self.folder))
 
     # ---- writing
 

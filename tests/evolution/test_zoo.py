@@ -2,47 +2,49 @@
 """A zoo of plugins that misbehave in the middle of a run: the fault is named, and what was stored before is of use.
 
 Each run misbehaves after its first generation, or, in what is asked only when plugins are made, when it goes on after
-that. Then the plugin is repaired, and the run has to end with the bits of one that never went wrong.
+that: the command ends with one line, and not with the exit code 0. Then the plugin is repaired, and the run has to end
+with the bits of one that never went wrong.
 """
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import re
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pytest
 
+import zoo_deeds
 import zoo_plugins
 from conftest import installer
+from swarmevo import cli
 from swarmevo.cli.common import StopOnSignal
 from swarmevo.cli.process import own_stdout
-from swarmevo.errors import Interrupted, ReplayError, SwarmevoError
+from swarmevo.errors import ReplayError, SwarmevoError
 from swarmevo.evolution.loop import Progress
-from swarmevo.protocols import GenomeSpace
+from swarmevo.printable import printable
 from swarmevo.runs import driver, export, verification
 from swarmevo.runs.store import Store
 from swarmevo.views.replay import episode as replay_episode
 from swarmevo.views.report import page as report
-from zoo_plugins import Deed
+from zoo_deeds import HARMLESS, RAISED, RETURNED, Deed, raising
 
-METHODS = {
-    "zoo_network": ["space", "policies"],
+METHODS = {  # but for "terms", which evolution does not ask for
+    "zoo_network": ["space", "policies", "complexity"],
     "zoo_linear": ["start", "act"],
     "zoo_travel": ["objectives", "channels", "evaluate"],
     "zoo_search": ["factory", "ask", "tell", "state", "restore"],
 }
+EVERY_METHOD = [(plugin, method) for plugin in METHODS for method in METHODS[plugin]]
 MAKING = {"space", "objectives", "channels", "factory", "restore"}
 """Asked only before the first generation of a session."""
-IN_EPISODES = {"policies", "start", "act", "evaluate"}
+IN_EPISODES = {"policies", "complexity", "start", "act", "evaluate"}
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -112,57 +114,51 @@ def assert_of_use(folder: Path, sound: list[Any]) -> None:
 
 def assert_fault(folder: Path, plugin: str, method: str, deed: Deed, told: str, sound: list[Any]) -> None:
     begin(folder, plugin, method, deed)
-    with pytest.raises(SwarmevoError) as error:
-        go_on(folder)
-    line = str(error.value)
-    assert "\n" not in line
+    line = refusal(folder)
+    assert_named(line, plugin, method)
+    assert told in line
+    assert_of_use(folder, sound)
+
+
+def refusal(folder: Path) -> str:
+    """Return the one line with which the command fails to go on with a run."""
+    return failure(1, "resume", str(folder), "--workers", "2")
+
+
+def failure(code: int, *arguments: str) -> str:
+    """Return the one line with which a command fails, as it is printed."""
+    (line,) = [line for line in said(code, *arguments) if line.startswith("error: ")]
     assert line.isprintable()
+    return line
+
+
+def said(code: int, *arguments: str) -> list[str]:
+    """Return what a command prints to stderr before it ends with this exit code."""
+    with pytest.MonkeyPatch.context() as patch:
+        lines: list[str] = []
+        patch.setattr("swarmevo.cli.common.say", lambda line: lines.append(printable(line)))
+        with pytest.raises(SystemExit) as end:
+            cli.main(arguments)
+    assert end.value.code == code
+    return lines
+
+
+def assert_named(line: str, plugin: str, method: str) -> None:
+    """Assert that a line names the plugin, its distribution, the method and the episode."""
     assert plugin in line
     assert "zoo 1.0" in line
     assert method in line or method == "factory"
-    assert told in line
     if method in IN_EPISODES:
-        assert re.search(r", in trial 0, generation 1, individual \d, repeat 0$", line)
+        assert re.search(r"trial 0, generation 1, individual \d, repeat 0", line)
     if method in ("ask", "tell", "state", "restore"):
         assert "trial 0, generation 1" in line
-    assert_of_use(folder, sound)
 
 
 # ---- what raises -----------------------------------------------------------------------------------------------------
 
 
-class Unspeakable(Exception):  # noqa: N818 - the plugin's
-    def __str__(self) -> str:
-        raise SystemExit(0)
-
-
-def raising(error: BaseException) -> Deed:
-    def deed(sound: Any) -> NoReturn:
-        raise error
-
-    return deed
-
-
-def deep(sound: Any) -> Any:
-    return deep(sound)
-
-
-RAISED: dict[str, tuple[Deed, str]] = {
-    "error": (raising(KeyError("nobody\nhome")), "KeyError: 'nobody\\nhome'"),
-    "sys.exit(0)": (lambda sound: sys.exit(0), "SystemExit: 0"),
-    "KeyboardInterrupt": (raising(KeyboardInterrupt()), "KeyboardInterrupt"),
-    "GeneratorExit": (raising(GeneratorExit("late")), "GeneratorExit: late"),
-    "StopIteration": (raising(StopIteration()), "StopIteration"),
-    "BaseException": (raising(BaseException("base")), "BaseException: base"),
-    "our own Interrupted": (raising(Interrupted("now")), "Interrupted: now"),
-    "recursion": (deep, "RecursionError"),
-    "undecodable": (raising(RuntimeError("\udcff\0")), "\\udcff\\x00"),
-    "unspeakable": (raising(Unspeakable()), "Unspeakable"),
-}
-
-
 @pytest.mark.parametrize("raised", RAISED)
-@pytest.mark.parametrize(("plugin", "method"), [(plugin, method) for plugin in METHODS for method in METHODS[plugin]])
+@pytest.mark.parametrize(("plugin", "method"), EVERY_METHOD)
 def test_what_a_plugin_raises_is_its_fault(
     tmp_path: Path, sound: dict[str, list[Any]], plugin: str, method: str, raised: str
 ) -> None:
@@ -214,51 +210,51 @@ def test_the_export_of_a_failing_controller_is_one_line(tmp_path: Path) -> None:
                 make()
 
 
+@pytest.fixture(scope="module")
+def explained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run whose fitness explains itself."""
+    folder = tmp_path_factory.mktemp("explained") / "run"
+    driver.begin(folder, zoo_plugins.config("zoo_explained"))
+    go_on(folder)
+    return folder
+
+
+def refused_replay(folder: Path) -> str:
+    """Return the one line with which the command fails to replay, and writes no page."""
+    return failure(1, "replay", str(folder), "--html", str(folder.parent / "replay.html"))
+
+
+# Where nobody listens to signals, KeyboardInterrupt is taken for Ctrl-C.
+@pytest.mark.parametrize("raised", sorted(set(RAISED) - {"KeyboardInterrupt"}))
+def test_what_the_terms_of_an_objective_raise_is_their_plugin_s_fault(explained: Path, raised: str) -> None:
+    deed, told = RAISED[raised]
+    zoo_plugins.misbehave("zoo_explained", "terms", deed)
+    line = refused_replay(explained)
+    assert "fitness.zoo_explained (zoo 1.0): terms raised " in line
+    assert told in line
+    assert not list(explained.parent.glob("*.html"))
+
+
+@pytest.mark.parametrize(
+    ("deed", "told"),
+    [
+        (lambda sound: None, "terms raised TypeError"),
+        (lambda sound: 5, "terms raised TypeError"),
+        (lambda sound: {"way": None}, "terms: way: expected"),
+        (lambda sound: {"way": sound["way"][:, :1]}, "terms: way: expected an array of shape"),
+        (lambda sound: {"way": sound["way"] * np.nan}, "nan"),
+        (lambda sound: {"\x1b[2J": sound["way"] * 1j}, "terms: "),
+    ],
+)
+def test_what_the_terms_of_an_objective_must_not_be(explained: Path, deed: Deed, told: str) -> None:
+    zoo_plugins.misbehave("zoo_explained", "terms", deed)
+    line = refused_replay(explained)
+    assert "fitness.zoo_explained (zoo 1.0): terms" in line
+    assert told in line
+    assert not list(explained.parent.glob("*.html"))
+
+
 # ---- what is returned ------------------------------------------------------------------------------------------------
-
-
-def cyclic(sound: Any) -> Any:
-    sound["self"] = [sound]
-    return sound
-
-
-def nested(sound: Any) -> Any:
-    for _ in range(100_000):
-        sound = {"in": sound}
-    return sound
-
-
-class Sulky(dict[str, Any]):
-    def items(self) -> Any:
-        raise SystemExit(0)
-
-
-RETURNED: list[tuple[str, str, str, Deed, str]] = [
-    ("nothing", "zoo_network", "space", lambda sound: None, "expected a GenomeSpace, got NoneType"),
-    ("no genes", "zoo_network", "space", lambda sound: GenomeSpace(()), ""),
-    ("nothing", "zoo_network", "policies", lambda sound: None, "expected FeedForward or Compiled, got NoneType"),
-    ("text", "zoo_linear", "act", lambda sound: "left", "expected an array of numbers, got str"),
-    ("too few", "zoo_linear", "act", lambda sound: sound[..., :1], "expected an array of shape"),
-    ("nothing", "zoo_travel", "objectives", lambda sound: None, "TypeError"),
-    ("none", "zoo_travel", "objectives", lambda sound: (), "expected at least one, got none"),
-    ("a number", "zoo_travel", "channels", lambda sound: 5, "TypeError"),
-    ("unknown", "zoo_travel", "channels", lambda sound: ("sonar",), "'sonar'"),
-    ("nothing", "zoo_travel", "evaluate", lambda sound: None, "expected"),
-    ("too few", "zoo_travel", "evaluate", lambda sound: sound[:, :1], "expected an array of shape (1, 2), got (1, 1)"),
-    ("NaN", "zoo_travel", "evaluate", lambda sound: sound * np.nan, "nan"),
-    ("nothing", "zoo_search", "ask", lambda sound: None, "expected a NumPy array, got NoneType"),
-    ("masked", "zoo_search", "ask", np.ma.masked_array, "expected a NumPy array, got MaskedArray"),
-    ("a vector", "zoo_search", "ask", lambda sound: sound[0], "expected the shape"),
-    ("nobody", "zoo_search", "ask", lambda sound: sound[:0], "expected the shape"),
-    ("complex", "zoo_search", "ask", lambda sound: sound + 1j, "expected dtype float64, got complex128"),
-    ("infinite", "zoo_search", "ask", lambda sound: sound * np.inf, "expected finite numbers"),
-    ("nothing", "zoo_search", "state", lambda sound: None, "expected a mapping, got NoneType"),
-    ("cyclic", "zoo_search", "state", cyclic, "it is in itself"),
-    ("deep", "zoo_search", "state", nested, "expected at most 100"),
-    ("long", "zoo_search", "state", lambda sound: {"n": 10**5000}, "4300 digits"),
-    ("object", "zoo_search", "state", lambda sound: {"n": object()}, "got object"),
-    ("exits", "zoo_search", "state", lambda sound: Sulky(a=1), "SystemExit"),
-]
 
 
 @pytest.mark.parametrize(
@@ -274,65 +270,6 @@ def test_what_a_plugin_must_not_return(
 
 
 # ---- what does no harm -----------------------------------------------------------------------------------------------
-
-
-def prints(sound: Any) -> Any:
-    print("plugin says hello")
-    return sound
-
-
-def moves(sound: Any) -> Any:
-    os.chdir("/")
-    return sound
-
-
-def starts_a_daemon(sound: Any) -> Any:
-    threading.Thread(target=time.sleep, args=(5,), daemon=True).start()
-    return sound
-
-
-def forks_and_exits(sound: Any) -> Any:
-    child = os.fork()
-    if child == 0:
-        os._exit(0)
-    os.waitpid(child, 0)
-    return sound
-
-
-def forks_and_returns(sound: Any) -> Any:
-    child = os.fork()
-    if child != 0:
-        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
-    return sound
-
-
-def forks_and_raises(sound: Any) -> Any:
-    child = os.fork()
-    if child == 0:
-        raise SystemExit(0)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
-    return sound
-
-
-def is_killed(sound: Any) -> Any:
-    """Case 53: a child ends when it is asked to."""
-    child = os.fork()
-    if child == 0:
-        time.sleep(60)
-        os._exit(9)
-    os.kill(child, signal.SIGTERM)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGTERM
-    return sound
-
-
-def has_a_pool(sound: Any) -> Any:
-    """Case 53: leaving the pool sends its processes SIGTERM, and waits for them."""
-    with multiprocessing.get_context("fork").Pool(2) as pool:
-        assert pool.map(abs, [-1, -2]) == [1, 2]
-    return sound
-
-
-HARMLESS = [prints, moves, starts_a_daemon, forks_and_exits, forks_and_returns, forks_and_raises, is_killed, has_a_pool]
 
 
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # that it forks with threads
@@ -357,20 +294,24 @@ def test_what_does_no_harm(
     assert content(Path("run")) == sound[plugin]
     said = capsys.readouterr()
     assert said.out == ""
-    assert ("plugin says hello" in said.err) == (deed is prints)
+    assert ("plugin says hello" in said.err) == (deed is zoo_deeds.prints)
 
 
 # ---- what hangs ------------------------------------------------------------------------------------------------------
 
+ANSWER_SECONDS = 1.0
+TRIES = 5  # a machine that has more to do may be slow once
+
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
-    ("plugin", "method"), [("zoo_network", "policies"), ("zoo_travel", "evaluate"), ("zoo_search", "ask")]
+    ("plugin", "method"),
+    [("zoo_network", "policies"), ("zoo_linear", "act"), ("zoo_travel", "evaluate"), ("zoo_search", "ask")],
 )
-def test_a_signal_is_answered_while_a_plugin_hangs(
+def test_a_signal_is_answered_within_a_second_while_a_plugin_hangs(
     tmp_path: Path, sound: dict[str, list[Any]], plugin: str, method: str, number: signal.Signals
 ) -> None:
-    """Case 6, without a time limit."""
+    """Case 6, without a time limit: the best of a few tries, for what waits for the plugin does so each time."""
     over = threading.Event()
     asked: list[float] = []
 
@@ -381,14 +322,49 @@ def test_a_signal_is_answered_while_a_plugin_hangs(
         over.wait(60)
         return sound
 
+    begin(tmp_path / "run", plugin, method, hang)
     before = {one: signal.signal(one, signal.default_int_handler) for one in (signal.SIGINT, signal.SIGTERM)}
     try:
-        begin(tmp_path / "run", plugin, method, hang)
-        with pytest.raises((Interrupted, KeyboardInterrupt)):
-            go_on(tmp_path / "run")
-        assert time.monotonic() - asked[0] < 30  # half a second, on a machine that does nothing else; 60 if unanswered
+        for _ in range(TRIES):
+            asked.clear()
+            lines = said(130, "resume", str(tmp_path / "run"), "--workers", "1")
+            if time.monotonic() - asked[0] < ANSWER_SECONDS:
+                break
+        else:
+            pytest.fail(f"no answer within {ANSWER_SECONDS} s")
     finally:
         over.set()
         for one, handler in before.items():
             signal.signal(one, handler)
+    (left,) = {line for line in lines if line.startswith("left while it worked: ")}
+    assert plugin in left
+    assert left.endswith(f"(zoo 1.0): {method}")
+    assert_of_use(tmp_path / "run", sound[plugin])
+
+
+LOST = {
+    "hangs": r"the episode took longer than its time limit of [0-9.]+ s",
+    "os._exit(0)": r"the episode ended its process: exit code 0",
+    "dies": r"the episode ended its process: signal SIGSEGV",
+}
+DEEDS = {
+    "zoo_network": {"policies": ["hangs", "os._exit(0)"], "complexity": ["hangs"]},
+    "zoo_linear": {"start": ["hangs"], "act": ["hangs"]},
+    "zoo_travel": {"evaluate": ["hangs", "dies"]},
+}
+
+
+@pytest.mark.parametrize("plugin", DEEDS)
+def test_what_hangs_or_ends_its_process_under_a_time_limit_is_named(
+    tmp_path: Path, sound: dict[str, list[Any]], monkeypatch: pytest.MonkeyPatch, plugin: str
+) -> None:
+    """Case 6: the processes for episodes are told in their environment what to do."""
+    begin(tmp_path / "run", plugin, "none", lambda sound: sound, episode_timeout=0.5)
+    for method, deeds in DEEDS[plugin].items():
+        for deed in deeds:
+            monkeypatch.setenv(zoo_plugins.DEED, f"{plugin}.{method}={deed}")
+            line = refusal(tmp_path / "run")
+            assert_named(line, plugin, method)
+            assert re.search(rf"{LOST[deed]}, in (controller|fitness)\.{plugin} \(zoo 1\.0\): {method} ", line)
+    monkeypatch.delenv(zoo_plugins.DEED)
     assert_of_use(tmp_path / "run", sound[plugin])

@@ -12,6 +12,7 @@ import shutil
 import signal
 import sqlite3
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
@@ -417,9 +418,30 @@ def test_a_killed_writer_keeps_nobody_out(tmp_path: Path) -> None:
     assert (folder / LOCK_FILE).exists()
     with Store.open(folder) as reader:
         assert_equal(reader.generation(0, 0), generation())
+        assert reader.left_by.startswith("process ")
+        left_by = reader.left_by
     with Store.open(folder, readonly=False) as writer:
+        assert writer.left_by == left_by
+        with Store.open(folder) as reader:
+            assert reader.left_by == ""  # somebody writes
         assert writer.state(0) == {"after": 0}
         writer.append(0, 1, generation(seed=1), "{}")
+
+
+def test_a_writer_that_closed_its_run_is_not_told(store: Store) -> None:
+    store.close()
+    for readonly in (True, False):
+        with Store.open(store.folder, readonly=readonly) as again:
+            assert again.left_by == ""
+
+
+def test_a_reader_that_looks_at_the_lock_keeps_no_writer_out(store: Store) -> None:
+    store.close()
+    looking = os.open(store.folder / LOCK_FILE, os.O_RDONLY | os.O_CREAT)
+    fcntl.flock(looking, fcntl.LOCK_SH)
+    threading.Timer(0.05, os.close, [looking]).start()
+    with Store.open(store.folder, readonly=False):
+        pass
 
 
 def test_a_writer_killed_within_a_transaction_leaves_the_one_before(
