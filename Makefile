@@ -29,6 +29,9 @@ FUZZ_SECONDS ?= 20
 # 0: another one each time.
 FUZZ_SEED ?= 0
 
+# A distribution of its own, which is installed beside swarmevo.
+RIVALS := plugins/swarmevo_rivals
+
 CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
 
@@ -62,6 +65,7 @@ lint: $(call needs,lint) build/system-lint
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/deptry swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped
+	cd $(RIVALS) && ../../$(BIN)/deptry src
 	clang-format --dry-run --Werror $(CPP_FILES)
 
 # It needs no build, so that code which does not compile can be formatted.
@@ -135,16 +139,16 @@ $(BIN)/python: | build/system
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])"
+	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" ./$(RIVALS)
 	touch $@
 
 # The stamps of the other installations go: there is one swarmevo in .venv.
 $(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
-	$(BIN)/pip install -q -c constraints.txt -e ".[test,lint,docs]" --config-settings=build-dir=build/dev
+	$(BIN)/pip install -q -c constraints.txt -e ".[test,lint,docs]" -e $(RIVALS) --config-settings=build-dir=build/dev
 	rm -f $(VENV)/installed*
 	touch $@
 
 build/python-files: FORCE
 	@mkdir -p build
-	@find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped -name '*.py' | sort | cmp -s - $@ || \
-	  find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped -name '*.py' | sort >$@
+	@find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped $(RIVALS) -name '*.py' | sort | cmp -s - $@ || \
+	  find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped $(RIVALS) -name '*.py' | sort >$@

@@ -7,12 +7,14 @@ import inspect
 import re
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from inspect import Parameter
 from pathlib import Path
 from typing import Any, Literal
 
 from swarmevo import plugins
 from swarmevo.config import Config
+
+OURS = {"swarmevo": "", "swarmevo-rivals": " Of [swarmevo-rivals](rivals.md)."}
+"""The distributions whose plugins are told, and what is said of each."""
 
 PAGE = Path(__file__).with_name("configuration.md")
 
@@ -140,27 +142,39 @@ def _plugin_section(kind: str, field: Mapping[str, Any]) -> Iterator[str]:
     default = ", ".join(f"`{name}`" for name in field["default"])
     yield f"## {kind}\n\n{field['description']} Default: {default}. [Plugins](plugins.md) tells how to write one.\n"
     for entry in plugins.discover():
-        if entry.kind == kind and entry.distribution == "swarmevo":
-            yield from _options(kind, entry.name, plugins.load(entry))
+        if entry.kind == kind and entry.distribution in OURS:
+            yield from _options(kind, entry.name, plugins.load(entry), OURS[entry.distribution])
 
 
-def _options(kind: str, name: str, factory: Any) -> Iterator[str]:
+def _options(kind: str, name: str, factory: Any, whose: str) -> Iterator[str]:
     meanings = _arguments(inspect.getdoc(factory) or "")
     parameters = inspect.signature(factory, eval_str=True).parameters.values()
     rows = [
-        (f"`{kind}.{name}.{option.name}`", _choices(option), _value(option.default), _cell(meanings[option.name]))
+        (
+            f"`{kind}.{name}.{option.name}`",
+            _choices(option.annotation),
+            _value(option.default),
+            _cell(meanings[option.name]),
+        )
         for option in parameters
         if option.name not in plugins.HOST_PARAMETERS[kind]
     ]
-    yield f"### {kind}.{name}\n\n{(inspect.getdoc(factory) or '').split(chr(10))[0].replace('``', '`')}\n"
+    yield f"### {kind}.{name}\n\n{(inspect.getdoc(factory) or '').split(chr(10))[0].replace('``', '`')}{whose}\n"
     if rows:
         yield _table(("option", "value", "default", "meaning"), rows)
 
 
-def _choices(option: Parameter) -> str:
-    if typing.get_origin(option.annotation) is Literal:
-        return ", ".join(f"`{choice}`" for choice in typing.get_args(option.annotation))
-    return {float: "number", int: "whole number", bool: "`true`, `false`"}[option.annotation]
+def _choices(annotation: Any) -> str:
+    """Return in words what an annotation allows."""
+    inside = typing.get_args(annotation)
+    if typing.get_origin(annotation) is Literal:
+        return ", ".join(f"`{choice}`" for choice in inside)
+    if typing.get_origin(annotation) is list:
+        return f"list of {_choices(inside[0])}s"
+    if inside:
+        return " or ".join(map(_choices, inside))
+    words = {float: "number", int: "whole number", bool: "`true`, `false`", type(None): "nothing"}
+    return words[annotation]
 
 
 def _arguments(docstring: str) -> dict[str, str]:

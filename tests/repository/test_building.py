@@ -41,11 +41,14 @@ def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() ->
     pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    for declared in map(Requirement, project["dependencies"] + extras["test"] + extras["lint"] + extras["docs"]):
+    rivals = tomllib.loads((ROOT / "plugins/swarmevo_rivals/pyproject.toml").read_text())["project"]["dependencies"]
+    rivals.remove("swarmevo")
+    declared_by_all = project["dependencies"] + extras["test"] + extras["lint"] + extras["docs"] + rivals
+    for declared in map(Requirement, declared_by_all):
         assert pins[declared.name.lower()] in declared.specifier, declared
     installs = re.findall(r"pip install -q (?!\"\$\$)(.*)$", MAKEFILE, re.MULTILINE)  # but for ruff, of its own pin
     assert len(installs) == 2
-    assert all("-c constraints.txt" in install for install in installs)
+    assert all("-c constraints.txt" in install and "$(RIVALS)" in install for install in installs)
 
 
 def test_the_notice_names_what_the_library_is_made_of() -> None:

@@ -138,6 +138,12 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
     }
 
 
+def test_the_example_of_cma_evolves(evolve: Callable[..., None]) -> None:
+    (chosen,) = blocks(DOCS / "rivals.md", "yaml")
+    Path("chosen.yaml").write_text(chosen)
+    evolve("chosen.yaml")
+
+
 # ---- keys ------------------------------------------------------------------------------------------------------------
 
 

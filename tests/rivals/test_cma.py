@@ -1,0 +1,351 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""CMA-ES: the conformance kit, what it finds, its state to the bit, and its answer."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import cmaes
+import numpy as np
+import pytest
+
+from swarmevo.evolution.state import decode_state, encode_state
+from swarmevo.protocols import Block, GenomeSpace, SceneInfo
+from swarmevo.testing import CHROMOSOME, OptimiserTests
+from swarmevo_paper.network import FeedForwardNetwork
+from swarmevo_rivals.cma import CMAES
+from swarmevo_rivals.restarts import MOST_DOUBLINGS, Schedule
+
+REAL = GenomeSpace((Block("weights", (6,)),))
+MIXED = GenomeSpace((Block("weights", (6,)), Block("switches", (2,), "switch")))
+TARGET = np.linspace(-1, 2, 6)
+
+
+def generator(seed=1):
+    return np.random.Generator(np.random.PCG64(seed))
+
+
+def make(space=REAL, population=10, objectives=1, seed=1, **options):
+    return CMAES(space, population, objectives, generator(seed), **options)
+
+
+# ---- the conformance kit ---------------------------------------------------------------------------------------------
+
+
+class TestConformance(OptimiserTests):
+    def create(self, space, population, objectives, rng):
+        return CMAES(space, population, objectives, rng)
+
+
+class TestConformanceWithRestarts(OptimiserTests):
+    populations = (4, 7)
+
+    def create(self, space, population, objectives, rng):
+        weights = [1.0, 0.5, 0.0][:objectives]
+        return CMAES(space, population, objectives, rng, restarts="bipop", weights=weights, learning_rate="adaptive")
+
+
+class TestConformanceSwitchesOn(OptimiserTests):
+    populations = (5,)
+
+    def create(self, space, population, objectives, rng):
+        return CMAES(space, population, objectives, rng, switches="on")
+
+
+# ---- what it finds ---------------------------------------------------------------------------------------------------
+
+
+def sphere(genomes):
+    return np.square(genomes[:, :6] - TARGET).sum(axis=1, keepdims=True)
+
+
+def ellipsoid(genomes):
+    return (10.0 ** np.arange(6) * np.square(genomes - TARGET)).sum(axis=1, keepdims=True)
+
+
+def rastrigin(genomes):
+    return (genomes**2 - 10 * np.cos(2 * np.pi * genomes) + 10).sum(axis=1, keepdims=True)
+
+
+def run(optimiser, costs, generations):
+    """Return what was asked for in each generation."""
+    asked = []
+    for _ in range(generations):
+        asked.append(optimiser.ask())
+        optimiser.tell(asked[-1], costs(asked[-1]))
+    return asked
+
+
+@pytest.mark.parametrize("population", [4, 10, 30])
+@pytest.mark.parametrize("costs", [sphere, ellipsoid])
+def test_its_answer_is_the_optimum(costs, population):
+    optimiser = make(population=population)
+    run(optimiser, costs, 12000 // population)
+    np.testing.assert_allclose(optimiser.answer(), [TARGET], atol=1e-6)
+
+
+def test_its_first_generation_has_the_spread_and_fair_switches():
+    genomes = make(MIXED, 4000, sigma=0.5).ask()
+    np.testing.assert_allclose(genomes.mean(axis=0), [0] * 6 + [0.5] * 2, atol=0.03)
+    np.testing.assert_allclose(genomes.std(axis=0), 0.5, atol=0.02)
+    np.testing.assert_allclose((genomes[:, 6:] >= 0.5).mean(axis=0), 0.5, atol=0.03)
+
+
+def test_switches_are_found():
+    def costs(genomes):
+        on = genomes[:, 6:] >= 0.5
+        return sphere(genomes) + np.abs(on - [1, 0]).sum(axis=1, keepdims=True)
+
+    optimiser = make(MIXED)
+    run(optimiser, costs, 200)
+    np.testing.assert_allclose(optimiser.answer(), [[*TARGET, 1, 0]], atol=1e-3)
+
+
+def test_switches_that_are_held_on_are_no_part_of_the_search():
+    held, real = make(MIXED, switches="on"), make(REAL)
+    for mixed, alone in zip(run(held, sphere, 30), run(real, sphere, 30), strict=True):
+        np.testing.assert_array_equal(mixed[:, :6], alone)
+        assert np.all(mixed[:, 6:] == 1)
+    np.testing.assert_array_equal(held.answer()[0], [*real.answer()[0], 1, 1])
+
+
+def test_objectives_are_weighted():
+    def two(genomes):
+        return np.column_stack([sphere(genomes), 100 * genomes[:, 0]])
+
+    def weighted(genomes):
+        return 3 * sphere(genomes) + 0.5 * 100 * genomes[:, :1]
+
+    def plain(genomes):
+        return sphere(genomes) + 100 * genomes[:, :1]
+
+    both, single = make(objectives=2, weights=[3, 0.5]), make()
+    np.testing.assert_array_equal(run(both, two, 40), run(single, weighted, 40))
+    np.testing.assert_array_equal(run(make(objectives=2), two, 40), run(make(), plain, 40))
+
+
+def test_where_costs_are_noisy_adaptive_learning_and_the_mean_come_nearer():
+    """With fixed rates the spread collapses wherever luck was; what looks best in a generation is lucky, too."""
+    errors = {}
+    for learning_rate in ("fixed", "adaptive"):
+        optimiser, noise, means, best = make(population=12, learning_rate=learning_rate), generator(5), [], []
+        for _ in range(400):
+            genomes = optimiser.ask()
+            costs = sphere(genomes) + noise.normal(size=(len(genomes), 1))
+            optimiser.tell(genomes, costs)
+            means.append(optimiser.answer()[0])
+            best.append(genomes[np.argmin(costs)])
+        errors[learning_rate] = [sphere(np.array(points[-20:])).mean() for points in (means, best)]
+    assert errors["adaptive"][0] < 0.2 * errors["adaptive"][1]
+    assert errors["adaptive"][0] < 0.2 * errors["fixed"][0]
+
+
+# ---- its answer ------------------------------------------------------------------------------------------------------
+
+
+def test_it_has_no_answer_before_the_first_generation():
+    optimiser = make(MIXED)
+    assert optimiser.answer().shape == (0, 8)
+    optimiser.ask()
+    assert optimiser.answer().shape == (0, 8)
+
+
+def test_the_best_search_that_is_over_is_an_answer_too():
+    optimiser, ended = make(population=4, restarts="ipop"), []
+    for _ in range(1000):
+        mean, searches = optimiser.answer()[:1], optimiser.state()["schedule"]["doublings"]
+        genomes = optimiser.ask()
+        if optimiser.state()["schedule"]["doublings"] > searches:
+            ended.append(rastrigin(mean)[0, 0])
+            assert len(optimiser.answer()) == 1  # nothing was told of the new search yet
+            np.testing.assert_allclose(rastrigin(optimiser.answer())[0, 0], min(ended), atol=1e-6)
+        optimiser.tell(genomes, rastrigin(genomes))
+        assert len(optimiser.answer()) == 1 + bool(ended)
+    assert len(ended) >= 3
+    assert ended != sorted(ended)
+    assert ended != sorted(ended, reverse=True)  # so that there was one to choose
+
+
+# ---- restarts --------------------------------------------------------------------------------------------------------
+
+
+def sizes(optimiser, costs, generations):
+    """Return the populations of the searches, in their order."""
+    asked = [len(genomes) for genomes in run(optimiser, costs, generations)]
+    return [one for i, one in enumerate(asked) if i == 0 or one != asked[i - 1]]
+
+
+def test_without_restarts_the_distribution_of_a_search_that_is_over_stays():
+    optimiser = make(restarts="none")
+    run(optimiser, sphere, 400)
+    answer = optimiser.answer()
+    assert optimiser.state()["is_over"]
+    assert {len(genomes) for genomes in run(optimiser, sphere, 20)} == {10}
+    np.testing.assert_array_equal(optimiser.answer(), answer)
+
+
+def test_ipop_doubles_the_population():
+    assert sizes(make(population=6, restarts="ipop"), sphere, 700)[:3] == [6, 12, 24]
+
+
+def test_bipop_has_small_searches_too():
+    found = sizes(make(population=4, restarts="bipop"), sphere, 3000)
+    assert found[:2] == [4, 8]
+    assert found.index(16) > 2
+    assert 8 not in found[2:]
+
+
+def test_the_two_kinds_of_bipop_evaluate_as_much():
+    schedule, rng, spent = Schedule("bipop", 10, 1.0), generator(), {True: 0, False: 0}
+    schedule.count(1000)
+    largest = 10
+    for _ in range(40):
+        population, sigma = schedule.follow(rng)
+        is_large = population == 2 * largest
+        assert is_large or (10 <= population <= largest and 0.01 <= sigma <= 1.0)
+        largest = max(largest, population)
+        schedule.count(100 * population)
+        spent[is_large] += 100 * population
+        if largest == 10 * 2**MOST_DOUBLINGS:
+            break
+    assert 0.4 < spent[True] / sum(spent.values()) < 0.8
+
+
+def test_populations_do_not_grow_for_ever():
+    schedule = Schedule("ipop", 4, 1.0)
+    assert [schedule.follow(generator())[0] for _ in range(12)][-4:] == [4 * 2**MOST_DOUBLINGS] * 4
+
+
+# ---- to the bit ------------------------------------------------------------------------------------------------------
+
+
+OPTIONS = [
+    {},
+    {"learning_rate": "adaptive"},
+    {"restarts": "ipop"},
+    {"restarts": "bipop"},
+    {"switches": "on", "restarts": "ipop", "sigma": 0.1},
+]
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+def test_a_run_that_is_interrupted_in_every_generation_has_the_same_bits(options):
+    """As a run stores and reads it; past the ends of several searches."""
+    whole, states = make(MIXED, 4, **options), []
+    state = encode_state(whole.state())
+    for generation in range(600):
+        optimiser = make(MIXED, 4, seed=generation, **options)
+        optimiser.restore(decode_state(state))
+        genomes = optimiser.ask()
+        np.testing.assert_array_equal(genomes, whole.ask())
+        for each in (optimiser, whole):
+            each.tell(genomes, sphere(genomes))
+        state = encode_state(optimiser.state())
+        assert state == encode_state(whole.state())  # nor does anything of the process's memory get into it
+        np.testing.assert_array_equal(optimiser.answer(), whole.answer())
+        states.append(optimiser.state())
+    assert len({one["search"]["_popsize"] for one in states}) > 1 or options.get("restarts", "none") == "none"
+
+
+def test_bits_do_not_depend_on_the_threads_of_linear_algebra():
+    """With the paper's 257 genes: of small matrices the library makes one part anyway."""
+    program = (
+        "import hashlib, numpy as np\n"
+        "from test_cma import make, PAPER\n"
+        "optimiser = make(PAPER, 12)\n"
+        "for _ in range(3):\n"
+        "    genomes = optimiser.ask()\n"
+        "    optimiser.tell(genomes, np.square(genomes).sum(axis=1, keepdims=True))\n"
+        "print(hashlib.sha256(optimiser.ask().tobytes()).hexdigest())\n"
+    )
+    found = []
+    for threads in ("1", "3"):
+        names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+        path = os.pathsep.join([os.path.dirname(__file__), *filter(None, sys.path)])
+        environment = {**os.environ, **dict.fromkeys(names, threads), "PYTHONPATH": path}
+        found.append(subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True))
+    assert [one.returncode for one in found] == [0, 0], found
+    assert found[0].stdout == found[1].stdout
+
+
+PAPER = FeedForwardNetwork().space(SceneInfo(robots=5, control_steps=10, control_period=0.1))
+
+
+def test_the_state_of_another_version_of_the_library_is_refused(monkeypatch):
+    state = make().state()
+    monkeypatch.setattr(cmaes, "__version__", "99.0")
+    with pytest.raises(ValueError, match=r"^expected cmaes 0\S+, with which the run was begun, got 99.0; "):
+        make().restore(state)
+
+
+# ---- given genomes ---------------------------------------------------------------------------------------------------
+
+
+def test_it_begins_about_the_mean_of_given_genomes():
+    given = np.array([[1.0, 2, 3, 4, 5, 6, 0.7, 0.1], [3.0, 2, 1, 0, 1, 2, 1.0, 0.9]])
+    optimiser = make(MIXED, 4000, sigma=0.1)
+    optimiser.start_from(given)
+    genomes = optimiser.ask()
+    np.testing.assert_allclose(genomes.mean(axis=0), [2, 2, 2, 2, 3, 4, 1.0, 0.5], atol=0.01)
+    np.testing.assert_allclose(genomes.std(axis=0), 0.1, atol=0.01)
+
+
+def test_it_begins_from_genomes_with_every_switch_on_where_they_are_held():
+    optimiser = make(MIXED, switches="on")
+    given = np.ones((1, 8))
+    optimiser.start_from(given)
+    assert np.all(optimiser.ask()[:, 6:] == 1)
+    given[0, 7] = 0.4
+    with pytest.raises(ValueError, match="got one that is off"):
+        optimiser.start_from(given)
+
+
+# ---- options ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"population": 3}, "population: expected a number of at least 4, got 3"),
+        ({"sigma": 0.0}, "sigma: expected a number above 0, got 0.0"),
+        ({"sigma": float("inf")}, "sigma: expected a number above 0, got inf"),
+        ({"sigma": "wide"}, "sigma: expected a number above 0, got 'wide'"),
+        ({"switches": "off"}, "switches: expected one of evolve, on, got 'off'"),
+        ({"restarts": "often"}, "restarts: expected one of none, ipop, bipop, got 'often'"),
+        ({"learning_rate": "slow"}, "learning_rate: expected one of fixed, adaptive, got 'slow'"),
+        (
+            {"weights": [1.0], "objectives": 2},
+            "weights: expected a number of at least 0 for each of 2 objectives, not all 0, got [1.0]",
+        ),
+        (
+            {"weights": [-1.0]},
+            "weights: expected a number of at least 0 for each of 1 objectives, not all 0, got [-1.0]",
+        ),
+        (
+            {"weights": [0.0, 0.0], "objectives": 2},
+            "weights: expected a number of at least 0 for each of 2 objectives, not all 0, got [0.0, 0.0]",
+        ),
+    ],
+)
+def test_wrong_options_are_one_clear_line(options, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        make(**options)
+
+
+def test_switches_cannot_be_held_where_there_is_nothing_else():
+    with pytest.raises(ValueError, match="switches: expected evolve, as the genome has nothing but"):
+        make(GenomeSpace((Block("switches", (3,), "switch"),)), switches="on")
+
+
+def test_a_genome_of_one_gene_is_enough():
+    optimiser = make(GenomeSpace((Block("weight", (1,)),)), 4)
+    run(optimiser, lambda genomes: np.square(genomes - 3), 100)
+    np.testing.assert_allclose(optimiser.answer(), [[3.0]], atol=1e-6)
+
+
+def test_the_kits_network_is_searched_with_few_genomes():
+    asked = run(make(CHROMOSOME, 4), lambda genomes: np.square(genomes).sum(axis=1, keepdims=True), 1000)
+    assert np.square(asked[-1]).sum(axis=1).mean() < 0.01 * np.square(asked[0]).sum(axis=1).mean()
