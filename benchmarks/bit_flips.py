@@ -34,7 +34,7 @@ from types import FrameType
 from typing import Final
 
 from swarmevo import cli, config, plugins
-from swarmevo.analysis import table_ii
+from swarmevo.analysis import assessment, table_ii
 from swarmevo.errors import StoreError
 from swarmevo.evolution import threads
 from swarmevo.evolution.results import Results
@@ -191,7 +191,8 @@ def read_all(run: Path, with_report: bool) -> Iterator[tuple[str, Said]]:
 def _tests(run: Path) -> Said:
     """Return what the report reads of the run's tests."""
     try:
-        found = table_ii.load(run)
+        with Store.open(run) as store:
+            found = assessment.stored(store)
     except StoreError as error:
         return Said(1, "", f"error: {error}")
     return Said(0, table_ii.as_json(found) if found else "", "")

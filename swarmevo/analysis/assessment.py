@@ -3,44 +3,42 @@
 
 Every controller on the front of every trial is tested in episodes that evolution never saw: their keys hold the
 generation ``GENERATION``, which no run reaches. All controllers of a trial meet the same noise. The
-same tests give the same bits.
-
-The result is an :class:`~swarmevo.analysis.table_ii.Assessment`.
+same tests give the same bits. Each is stored once (:mod:`swarmevo.runs.tests`), and an
+:class:`~swarmevo.analysis.table_ii.Assessment` is a view of what is stored.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from swarmevo import simulation
 from swarmevo.analysis import fronts
-from swarmevo.analysis.census import LABELS, census
-from swarmevo.analysis.recording import Recording, record, simulate
-from swarmevo.analysis.table_ii import FORMAT, Assessment, Condition, Outcome, Tested, outcome
+from swarmevo.analysis.bench import Bench, Candidate, Observe, test_key
+from swarmevo.analysis.census import LABELS
+from swarmevo.analysis.recording import Recording, record
+from swarmevo.analysis.sequential import Until, decide
+from swarmevo.analysis.table_ii import Assessment, Condition, Outcome, Tested, Verdict, outcome
 from swarmevo.config import Config
-from swarmevo.errors import Interrupted, StoreError
-from swarmevo.evolution.evaluation import Evaluation, Evaluator
-from swarmevo.plugins.team import Team, never
+from swarmevo.errors import StoreError
+from swarmevo.evolution.results import Results
+from swarmevo.plugins.team import never
+from swarmevo.protocols import Objective
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
-from swarmevo.simulation import EpisodeKey
+from swarmevo.runs.tests import GENERATION, StoredTests, world_of
 
-GENERATION: Final = 2**32 - 1
-"""Of the tests' episode keys; a run has at most a million generations."""
 TEAM_SIZES: Final = range(1, 6)
 """Rows of Table II."""
 REPEATS: Final = 5
 """Tests of each controller (paper VII)."""
 
+_LARGEST_TEAM: Final = 64
+
 
 # ---- the tests -------------------------------------------------------------------------------------------------------
-
-
-Observe = Callable[[int, int], None]
-"""Called with the number of episodes done and the number of all."""
 
 
 def assess(
@@ -52,147 +50,210 @@ def assess(
     observe: Observe = lambda done, total: None,
     stop: Callable[[], bool] = never,
     overrides: Sequence[str] = (),
+    until: Until | None = None,
+    genome: int | None = None,
+    tests: StoredTests | None = None,
 ) -> Assessment:
-    """Test every controller on the front of every trial.
+    """Test every controller on the front of every trial, as far as its tests are not stored.
 
     Args:
         store: The run.
         sizes: Of the teams: rows of the table.
-        repeats: Tests of each controller and team size.
+        repeats: Tests of each controller and team size, at least; there may be more already.
         robustness: Also with other noise, other starts and the other bumpers.
         workers: Episodes at once; 0: one for each processor.
         observe: Told about the progress.
-        stop: Asked now and then; when true, the tests end.
+        stop: Asked now and then; when true, the tests end; what was tested is stored.
         overrides: Of the world, ``section.key=value`` (:func:`swarmevo.runs.other_world.load`).
+        until: Ends a controller's tests when it is decided; then ``repeats`` is the most.
+        genome: Id of an individual: it alone is tested.
+        tests: Those of the run, open for writing; None: they are opened here.
 
     Raises:
         ConfigError: An override is refused, or a size: each robot has a genome of its own.
         EvaluationError: A plugin or an episode failed.
         Interrupted: ``stop`` said so.
         SimulatorError: The world does not take teams of such a size.
-        StoreError: The run has no generation yet.
+        StoreError: The run has no generation yet, there is no such genome, or the tests cannot be stored.
     """
-    settings = _tested_config(store, repeats, overrides)
-    changes = other_world.changes(store, settings)
-    bench = _Bench(store, workers, observe, stop)
-    teams = {robots: other_world.of_size(settings, robots) for robots in dict.fromkeys((*sizes, store.robots))}
+    if tests is None:
+        with StoredTests.open(store, readonly=False) as opened:
+            return assess(
+                store, sizes, repeats, robustness, workers, observe, stop, overrides, until, genome, tests=opened
+            )
+    settings = other_world.load(store, overrides)
+    bench = Bench(store.config, tests, _candidates(store, genome), workers, observe, stop)
+    return assess_bench(bench, store.config, settings, store.objectives, sizes, repeats, robustness, until)
+
+
+def assess_bench(
+    bench: Bench,
+    run: Config,
+    settings: Config,
+    objectives: Sequence[Objective],
+    sizes: Sequence[int],
+    repeats: int,
+    robustness: bool = False,
+    until: Until | None = None,
+) -> Assessment:
+    """Test the controllers of a bench, and return what is stored of them then.
+
+    Args:
+        bench: With somebody to test.
+        run: The configuration that they were evolved with.
+        settings: The same, or that of another world.
+        objectives: Of the run.
+        sizes: As of :func:`assess`, and so are those that follow.
+        repeats: See there.
+        robustness: See there.
+        until: See there.
+
+    Raises:
+        ConfigError, EvaluationError, Interrupted, SimulatorError, StoreError: As :func:`assess`.
+    """
+    teams = _teams(settings, (*sizes, run.team.robots))
     worlds = _worlds(settings) if robustness else {}
     bench.plan(repeats * (len(teams) + len(worlds) + 1))  # and once more for the census
+    for world in (*teams.values(), *(world for _, world in worlds.values())):
+        bench.test(world, repeats, until)
+    bench.watch(settings, repeats)
+    return _view(bench, run, settings, objectives, sizes, worlds, (until, repeats) if until else None)
 
-    results = {robots: bench.evaluate(team) for robots, team in teams.items()}
-    conditions = [
-        Condition(name, disturbance, _pooled(store.robots, bench.evaluate(world)))
-        for name, (disturbance, world) in worlds.items()
+
+def stored(store: Store) -> Assessment | None:
+    """Return what is stored of the controllers on the fronts in the run's own world; None: they were not tested.
+
+    Raises:
+        StoreError: The tests are damaged, or of another version.
+    """
+    settings = store.config
+    with StoredTests.open(store) as tests:
+        known = set(tests.worlds())
+        most = settings.team.robots if settings.team.has_own_genomes else _LARGEST_TEAM
+        teams = {robots: other_world.of_size(settings, robots) for robots in range(1, most + 1)}
+        sizes = [robots for robots, team in teams.items() if world_of(settings, team) in known]
+        worlds = {name: one for name, one in _worlds(settings).items() if world_of(settings, one[1]) in known}
+        if not store.trials() or not sizes:
+            return None
+        bench = Bench(settings, tests, _candidates(store))
+        found = _view(bench, settings, settings, store.objectives, sizes, worlds)
+    return found if found.controllers else None
+
+
+def _candidates(store: Store, genome: int | None = None) -> list[Candidate]:
+    """Return the controllers on the front of every trial, or an individual of the run."""
+    if genome is not None:
+        _, trial = watched(store, genome)
+        found = store.individuals(trial)
+        names = [objective.name for objective in store.objectives]
+        (evolved,) = found.objectives[found.genome == genome].tolist()
+        return [Candidate(trial, genome, store.genome(genome), dict(zip(names, evolved, strict=True)))]
+    if not (trials := store.trials()):
+        raise StoreError(f"{store.folder}: expected at least one generation to test, but none is stored yet")
+    return [
+        Candidate(trial, point.genome, store.genome(point.genome), point.objectives)
+        for trial in trials
+        for point in fronts.front(store, trial)
     ]
-    world = "as set" if changes else "as evolved"
-    undisturbed = Condition(world, "none", _pooled(store.robots, results[store.robots]))
-    behaviours = bench.census(settings)
+
+
+def _teams(settings: Config, sizes: Sequence[int]) -> dict[int, Config]:
+    return {robots: other_world.of_size(settings, robots) for robots in dict.fromkeys(sizes)}
+
+
+# ---- views of what is stored -----------------------------------------------------------------------------------------
+
+
+def _view(
+    bench: Bench,
+    run: Config,
+    settings: Config,
+    objectives: Sequence[Objective],
+    sizes: Sequence[int],
+    worlds: dict[str, tuple[str, Config]],
+    wanted: tuple[Until, int] | None = None,
+) -> Assessment:
+    """Return what is stored of a bench's controllers; ``wanted``: what was to be decided, in how many tests at most."""
+    evolved_robots = run.team.robots
+    teams = _teams(settings, (*sizes, evolved_robots))
+    results = {robots: [bench.stored(team, one) for one in bench.candidates] for robots, team in teams.items()}
+    of_sizes = {robots: results[robots] for robots in sizes if any(map(len, results[robots]))}
+    changes = other_world.changes(run, settings)
+    conditions = [
+        Condition(name, change, row)
+        for name, change, found in (
+            ("as set" if changes else "as evolved", "none", results[evolved_robots]),
+            *(
+                (name, change, [bench.stored(world, one) for one in bench.candidates])
+                for name, (change, world) in worlds.items()
+            ),
+        )
+        for row in _pooled(evolved_robots, found)
+    ]
+    seen = [bench.census(settings, one) for one in bench.candidates]
+    controllers = [
+        Tested(
+            trial=one.trial,
+            genome=one.genome,
+            evolved=dict(one.evolved),
+            tested=_means(objectives, results[evolved_robots][i]),
+            outcomes=[_outcome(robots, found[i]) for robots, found in of_sizes.items() if len(found[i])],
+            behaviours=seen[i],
+        )
+        for i, one in enumerate(bench.candidates)
+        if any(len(found[i]) for found in results.values())
+    ]
+    rows = [row for robots, found in of_sizes.items() for row in _pooled(robots, found)]
     return Assessment(
-        format=FORMAT,
         generation=GENERATION,
-        generations={trial: store.generations(trial) for trial in store.trials()},
-        repeats=repeats,
+        repeats=min((_least(found) for found in of_sizes.values()), default=0),
         horizon=settings.episode.horizon,
-        rows=[_pooled(robots, results[robots]) for robots in sizes],
-        controllers=_controllers(store, bench.fronts, {k: results[k] for k in sizes}, results, behaviours),
-        behaviours=_mean_shares([shares for trial in behaviours.values() for shares in trial]),
-        robustness=[undisturbed, *conditions] if robustness else [],
+        rows=rows,
+        controllers=controllers,
+        behaviours=_mean_shares([shares for shares in seen if shares]),
+        robustness=conditions if worlds else [],
         changes=changes,
+        until=wanted and wanted[0],
+        verdicts=list(_verdicts(bench, of_sizes, *wanted)) if wanted else [],
+        untested=sum(not all(len(found[i]) for found in results.values()) for i in range(len(bench.candidates))),
     )
 
 
-def _tested_config(store: Store, repeats: int, overrides: Sequence[str] = ()) -> Config:
-    return _changed(other_world.load(store, overrides), "evolution", repeats=repeats)
+def _verdicts(bench: Bench, results: dict[int, list[Results]], until: Until, most: int) -> Iterator[Verdict]:
+    for i, one in enumerate(bench.candidates):
+        for robots, found in results.items():
+            decided = decide(until, found[i]["homing_time"], found[i]["push_time"], most)
+            yield Verdict(**vars(decided), trial=one.trial, genome=one.genome, robots=robots)
 
 
-class _Bench:
-    """The controllers of all fronts, and where they are tested. Results are keyed by trial."""
-
-    def __init__(self, store: Store, workers: int, observe: Observe, stop: Callable[[], bool]) -> None:
-        self.fronts = {trial: fronts.front(store, trial) for trial in store.trials()}
-        if not self.fronts:
-            raise StoreError(f"{store.folder}: expected at least one generation to test, but none is stored yet")
-        self._genomes = {
-            trial: np.array([store.genome(point.genome) for point in front]) for trial, front in self.fronts.items()
-        }
-        self._evolved_robots = store.robots
-        self._workers, self._observe, self._stop = workers, observe, stop
-        self._done = self._total = 0
-
-    def plan(self, tests: int) -> None:
-        """Announce how often each controller is tested."""
-        self._total = tests * sum(map(len, self._genomes.values()))
-
-    def evaluate(self, settings: Config) -> dict[int, Evaluation]:
-        results = {}
-        with Evaluator(settings, self._workers) as evaluator:
-            for trial, genomes in self._genomes.items():
-                team = other_world.first_robots(settings, genomes, self._evolved_robots)
-                results[trial] = evaluator.evaluate(team, trial, GENERATION, self._stop)
-                self._note(len(genomes) * settings.evolution.repeats)
-        return results
-
-    def census(self, settings: Config) -> dict[int, list[dict[str, float]]]:
-        """Return the share of robots with each label, for each controller."""
-        found: dict[int, list[dict[str, float]]] = {}
-        team = Team(settings)
-        for trial, genomes in self._genomes.items():
-            found[trial] = []
-            for genome in genomes:
-                if self._stop():
-                    raise Interrupted
-                seen = simulate(team, genome, test_keys(settings, trial), self._workers)
-                found[trial].append(census(settings, seen.telemetry))
-                self._note(settings.evolution.repeats)
-        return found
-
-    def _note(self, episodes: int) -> None:
-        self._done += episodes
-        self._observe(self._done, self._total)
+def _outcome(robots: int, results: Results) -> Outcome:
+    return outcome(robots, results["homing_time"], results["push_time"])
 
 
-def test_keys(settings: Config, trial: int) -> list[EpisodeKey]:
-    """Return the keys of a trial's tests, as many as the configuration has repeats."""
-    assert settings.evolution.seed is not None  # a run's configuration has one
-    return [EpisodeKey(settings.evolution.seed, trial, GENERATION, i) for i in range(settings.evolution.repeats)]
+def _least(results: Sequence[Results]) -> int:
+    """Return how many tests each controller that was tested has."""
+    return min((len(one) for one in results if len(one)), default=0)
 
 
-def _controllers(
-    store: Store,
-    fronts: dict[int, list[fronts.FrontPoint]],
-    tested: dict[int, dict[int, Evaluation]],
-    results: dict[int, dict[int, Evaluation]],
-    behaviours: dict[int, list[dict[str, float]]],
-) -> list[Tested]:
-    names = [objective.name for objective in store.objectives]
-    return [
-        Tested(
-            trial=trial,
-            genome=point.genome,
-            evolved=point.objectives,
-            tested=dict(zip(names, results[store.robots][trial].objectives[i].mean(axis=0).tolist(), strict=True)),
-            outcomes=[
-                outcome(robots, *(result[trial].episodes.grid(name)[i] for name in ("homing_time", "push_time")))
-                for robots, result in tested.items()
-            ],
-            behaviours=behaviours[trial][i],
-        )
-        for trial, front in fronts.items()
-        for i, point in enumerate(front)
-    ]
+def _pooled(robots: int, results: Sequence[Results]) -> list[Outcome]:
+    """Return the outcome over all controllers that were tested, each by as many tests; [] if none was."""
+    least = _least(results)
+    counted = [one.only(one.repeat < least) for one in results if len(one)]
+    if not counted:
+        return []
+    names = ("homing_time", "push_time")
+    return [outcome(robots, *(np.concatenate([one[name] for one in counted]) for name in names))]
 
 
-# ---- outcomes --------------------------------------------------------------------------------------------------------
-
-
-def _pooled(robots: int, results: dict[int, Evaluation]) -> Outcome:
-    """Return the outcome over the controllers of all trials; each was tested as often."""
-    homing = np.concatenate([result.episodes["homing_time"] for result in results.values()])
-    return outcome(robots, homing, np.concatenate([result.episodes["push_time"] for result in results.values()]))
+def _means(objectives: Sequence[Objective], results: Results) -> dict[str, float]:
+    if not len(results):
+        return {}
+    names = [objective.name for objective in objectives]
+    return dict(zip(names, results["objective"].mean(axis=0).tolist(), strict=True))
 
 
 def _mean_shares(shares: Sequence[dict[str, float]]) -> dict[str, float]:
-    return {label: float(np.mean([share[label] for share in shares])) for label in LABELS}
+    return {label: float(np.mean([share[label] for share in shares])) for label in LABELS} if shares else {}
 
 
 # ---- other worlds ----------------------------------------------------------------------------------------------------
@@ -239,8 +300,7 @@ def watch(store: Store, genome: int | None = None) -> Recording:
         StoreError: There is no such genome, or no generation yet.
     """
     id, trial = watched(store, genome)
-    settings = _tested_config(store, REPEATS)
-    return record(settings, store.genome(id), test_keys(settings, trial))
+    return record(store.config, store.genome(id), [test_key(store.config, trial, i) for i in range(REPEATS)])
 
 
 def watched(store: Store, genome: int | None = None) -> tuple[int, int]:

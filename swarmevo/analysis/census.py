@@ -7,7 +7,7 @@ thresholds on where a robot was, whether it moved, and whether it pressed on the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -180,17 +180,30 @@ def census(config: Config, telemetry: Telemetry) -> dict[str, float]:
     Raises:
         ValueError: A channel is missing.
     """
+    return dict(zip(LABELS, by_episode(config, telemetry).mean(axis=0).tolist(), strict=True))
+
+
+def by_episode(config: Config, telemetry: Telemetry, steps: Sequence[int] | None = None) -> FloatArray:
+    """Return ``(episodes, labels)``: in each episode the share of robots that showed each behaviour.
+
+    Args:
+        config: Of the episodes.
+        telemetry: With CHANNELS.
+        steps: Control steps of each episode that are looked at; None: all.
+
+    Raises:
+        ValueError: A channel is missing.
+    """
     missing = [name for name in CHANNELS if name not in telemetry.channels]
     if missing:
         raise ValueError(f"telemetry: expected the channels {', '.join(CHANNELS)}; missing are {', '.join(missing)}")
     channels = {name: telemetry.channels[name] for name in CHANNELS}
-    seen = [
-        Episode(
-            config, homing_time=telemetry.homing_time[i], **{name: channel[i] for name, channel in channels.items()}
-        )
-        for i in range(len(telemetry.homing_time))
-    ]
-    return {label: float(np.mean([criterion(one) for one in seen])) for label, criterion in LABELS.items()}
+    shares = []
+    for i, homing_time in enumerate(telemetry.homing_time):
+        recorded = {name: channel[i, : None if steps is None else steps[i]] for name, channel in channels.items()}
+        seen = Episode(config, homing_time=homing_time, **recorded)
+        shares.append([float(np.mean(criterion(seen))) for criterion in LABELS.values()])
+    return np.array(shares)
 
 
 def _stretches(flags: BoolArray, least: int) -> list[tuple[int, int]]:

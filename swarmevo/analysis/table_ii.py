@@ -1,29 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What tests of a run's controllers gave, beside the paper's Table II; and the file that it is stored in.
-
-The file is ``table_ii.json`` in the run folder; a later test replaces it, unless something would be lost. Tests in
-another world than that of evolution have no file there.
-"""
+"""What tests of a run's controllers gave, beside the paper's Table II: views of what is stored of them."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pydantic
 
-from swarmevo.errors import StoreError
+from swarmevo.analysis.sequential import Decision, Until
 from swarmevo.protocols import FloatArray
-from swarmevo.runs import checksums, files
-from swarmevo.runs.store import Store
 
-FILE: Final = "table_ii.json"
-FORMAT: Final = 1
-"""Of the file; another one is refused."""
+FORMAT: Final = 2
+"""Of the JSON."""
 
 
 class PaperRow(NamedTuple):
@@ -78,9 +69,9 @@ class Tested:
     tested: dict[str, float]
     """The same in the tests, with as many robots as in evolution."""
     outcomes: list[Outcome]
-    """One for each team size."""
+    """One for each team size, of all its tests."""
     behaviours: dict[str, float]
-    """Share of robots with each label of the census, with as many robots as in evolution."""
+    """Share of robots with each label of the census, with as many robots as in evolution; empty: it has seen none."""
 
 
 @dataclass(frozen=True)
@@ -94,42 +85,39 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Assessment:
-    """All tests of a run."""
+class Verdict(Decision):
+    """Of a controller's tests with teams of one size."""
 
-    format: int
+    trial: int
+    genome: int
+    robots: int
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Tests of controllers."""
+
     generation: int
     """Of the tests' episode keys."""
-    generations: dict[int, int]
-    """For each trial: how many generations it had when it was tested."""
     repeats: int
+    """Tests of each controller and team size, the same for all, that ``rows`` and ``robustness`` count."""
     horizon: float
     """Of a test [s]: a robot that has not succeeded by then never does."""
     rows: list[Outcome]
-    """Table II: for each team size the means over all controllers."""
+    """Table II: for each team size the means over all controllers, each of which counts the same."""
     controllers: list[Tested]
     behaviours: dict[str, float]
-    """Over all controllers."""
+    """Over all controllers; empty: the census has not seen them."""
     robustness: list[Condition]
-    """The undisturbed world first; empty if it was not asked for."""
+    """The undisturbed world first; empty if there was no test of it."""
     changes: list[str] = field(default_factory=list)
     """What the tests' world has other than that of evolution, key by key."""
-
-    def is_stale(self, store: Store) -> bool:
-        """Whether the run has gone on since."""
-        return self.generations != {trial: store.generations(trial) for trial in store.trials()}
-
-    def beyond(self, other: Assessment) -> list[str]:
-        """Return what these tests have and others of the same generations lack, in words; of other generations: []."""
-        if self.generations != other.generations:
-            return []
-        sizes = sorted({row.robots for row in self.rows} - {row.robots for row in other.rows})
-        more = {
-            f"{self.repeats} repeats": self.repeats > other.repeats,
-            f"teams of {', '.join(map(str, sizes))}": bool(sizes),
-            "robustness": bool(self.robustness) and not other.robustness,
-        }
-        return [what for what, holds in more.items() if holds]
+    until: Until | None = None
+    """What was to be decided."""
+    verdicts: list[Verdict] = field(default_factory=list)
+    """Of each controller and team size, if something was to be decided."""
+    untested: int = 0
+    """Controllers of the fronts without some of these tests."""
 
 
 def outcome(robots: int, homing_time: FloatArray, push_time: FloatArray) -> Outcome:
@@ -152,68 +140,7 @@ def _mean(times: FloatArray) -> float | None:
     return float(finite.mean()) if finite.size else None
 
 
-# ---- the file --------------------------------------------------------------------------------------------------------
-
-
-_ASSESSMENT: Final = pydantic.TypeAdapter(Assessment)
-
-
 def as_json(assessment: Assessment) -> str:
     """Return an assessment as JSON, with the paper's table beside it."""
-    found = dataclasses.asdict(assessment) | {"paper": [row._asdict() for row in PAPER]}
+    found = {"format": FORMAT, **dataclasses.asdict(assessment), "paper": [row._asdict() for row in PAPER]}
     return pydantic.TypeAdapter(dict[str, Any]).dump_json(found, indent=2).decode()
-
-
-def save(assessment: Assessment, folder: Path) -> Path:
-    """Write an assessment into its run's folder, in place of an older one; return the file.
-
-    Args:
-        assessment: In the run's own world.
-        folder: Of the run.
-
-    Raises:
-        OutputError: It cannot be written.
-        ValueError: It is of another world.
-    """
-    if assessment.changes:
-        raise ValueError(f"assessment: expected one in the run's own world, got {', '.join(assessment.changes)}")
-    file = folder / FILE
-    files.write(file, json.dumps(sealed(json.loads(as_json(assessment))), indent=2) + "\n")
-    return file
-
-
-def lost_by_saving(assessment: Assessment, folder: Path) -> list[str]:
-    """Return what a run's folder holds that would be lost, in words (:meth:`Assessment.beyond`); a damaged file: []."""
-    try:
-        stored = load(folder)
-    except StoreError:
-        return []
-    return stored.beyond(assessment) if stored else []
-
-
-def sealed(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of the file with its checksum, in place of one that it may have."""
-    plain = {key: value for key, value in content.items() if key != "sha256"}
-    return {**plain, "sha256": checksums.sha256(json.dumps(plain, sort_keys=True).encode())}
-
-
-def load(folder: Path) -> Assessment | None:
-    """Return the assessment in a run's folder; None: the run was not tested.
-
-    Raises:
-        StoreError: The file is damaged, was changed, or is of another version.
-    """
-    file = folder / FILE
-    damaged = StoreError(f"{file}: is damaged; make it again with swarmevo test")
-    try:
-        stored = json.loads(file.read_bytes())
-        found = _ASSESSMENT.validate_python(stored)
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, RecursionError) as error:
-        raise damaged from error
-    if found.format != FORMAT:
-        raise StoreError(f"{file}: expected format {FORMAT}, got {found.format}; make it again with swarmevo test")
-    if sealed(stored) != stored:
-        raise damaged
-    return found

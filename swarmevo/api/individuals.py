@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Final, overload
 
 from swarmevo import config as configuration
-from swarmevo.analysis.assessment import GENERATION
 from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.analysis.recording import Recording, record, simulate
 from swarmevo.analysis.statistics import wilson
@@ -22,6 +21,7 @@ from swarmevo.plugins.team import Team
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import files, other_world
 from swarmevo.runs.store import Store
+from swarmevo.runs.tests import GENERATION
 from swarmevo.simulation import EpisodeKey
 from swarmevo.views import notebook, text
 from swarmevo.views.replay import data as replay_data

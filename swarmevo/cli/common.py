@@ -132,6 +132,14 @@ OtherWorld = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="Everything, as JSON.")]
 
 
+def run_and_individual(text: str) -> tuple[Path, int | None]:
+    """Return the folder that ``RUN`` or ``RUN:ID`` names, and the individual's id; None: it names none."""
+    folder, _, individual = text.rpartition(":")
+    if not os.path.isdir(text) and re.fullmatch("[0-9]{1,100}", individual):
+        return Path(folder), int(individual)
+    return Path(text), None
+
+
 def without_effect(context: typer.Context, reason: str, *parameters: str) -> None:
     """Exit if one of these parameters of a command was given, for it would change nothing."""
     for option in context.command.params:

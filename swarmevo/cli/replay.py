@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -12,7 +11,16 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, OtherWorld, app, exit_with, say, team_sizes, without_effect
+from swarmevo.cli.common import (
+    USAGE,
+    OtherWorld,
+    app,
+    exit_with,
+    run_and_individual,
+    say,
+    team_sizes,
+    without_effect,
+)
 
 _SIDE_BY_SIDE = 8  # replays in a page
 
@@ -53,7 +61,7 @@ def replay(
         without_effect(context, "without --serve or --live", "port")
     if not video:
         without_effect(context, "without --video", "speed", "seconds")
-    folder, genome = _run_and_individual(run)
+    folder, genome = run_and_individual(run)
     sizes = [] if robots is None else team_sizes(robots, _SIDE_BY_SIDE)
     span = _seconds(seconds)
     if live:
@@ -81,13 +89,6 @@ def replay(
         _film(video, page, speed, span or (0.0, episodes[0]["horizon"]))
     if serve:
         _serve(page, port)
-
-
-def _run_and_individual(text: str) -> tuple[Path, int | None]:
-    folder, _, individual = text.rpartition(":")
-    if not os.path.isdir(text) and re.fullmatch("[0-9]{1,100}", individual):
-        return Path(folder), int(individual)
-    return Path(text), None
 
 
 def _seconds(text: str | None) -> tuple[float, float] | None:

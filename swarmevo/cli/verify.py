@@ -14,12 +14,12 @@ from swarmevo.cli.common import FAILED, AsJson, Run, Workers, app, interruptible
 def verify(
     run: Run,
     sample: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Only so many evaluations, drawn at random.")
+        int | None, typer.Option(metavar="N", min=1, help="Only so many evaluations, and tests, drawn at random.")
     ] = None,
     workers: Workers = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Simulate a run's evaluations anew; say what differs from what is stored, and why. Exit code 1: something does."""
+    """Simulate a run's evaluations and tests anew; say what differs, and why. Exit code 1: something does."""
     from swarmevo.runs import verification
     from swarmevo.runs.store import Store
     from swarmevo.views import console

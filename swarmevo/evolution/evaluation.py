@@ -149,6 +149,15 @@ class Evaluator:
         return self._setup.team.robots
 
     @property
+    def block(self) -> int:
+        """How many of an individual's episodes are always run together; 1: how they are cut shows in no result."""
+        return 1 if self._setup.team.is_native else min(self._most_in_memory, LOCKSTEP_WORLDS)
+
+    @property
+    def _most_in_memory(self) -> int:
+        return max(1, TELEMETRY_BYTES // max(self._setup.episode_bytes, 1))
+
+    @property
     def machines(self) -> Mapping[str, Any]:
         """What to note about where episodes run, if not here."""
         return self._backend.machines
@@ -228,14 +237,13 @@ class Evaluator:
 
     def _cut(self, total: int, known: Collection[int]) -> list[range]:
         """Return the places of each job's episodes."""
-        memory = max(1, TELEMETRY_BYTES // max(self._setup.episode_bytes, 1))
         if (
             not self._setup.team.is_native
         ):  # always the same jobs, each as a whole: how they are cut may show in the results
-            length = min(memory, LOCKSTEP_WORLDS)
+            length = self.block
             jobs = [range(start, min(start + length, total)) for start in range(0, total, length)]
             return [job for job in jobs if not set(job) <= set(known)]
-        most = min(memory, self._backend.job_seconds / self._episode_seconds)
+        most = min(self._most_in_memory, self._backend.job_seconds / self._episode_seconds)
         slots, left = self._backend.slots, total - len(known)
         jobs, start = [], 0
         for end in sorted({*known, total}):

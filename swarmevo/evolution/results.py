@@ -53,7 +53,7 @@ COLUMNS: Final = (
     Column("hash", np.uint64, "", "of the trajectory, 64 bits", 0),
 )
 """What is stored of an episode. Another column is a line here and, where the simulator does not tell it yet, one there;
-and the next ``SCHEMA_VERSION``."""
+and the next ``SCHEMA_VERSION`` and ``TESTS_VERSION``."""
 
 
 @dataclass(frozen=True, kw_only=True)

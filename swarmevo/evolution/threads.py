@@ -6,6 +6,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from itertools import islice
 from typing import Any, Final, Protocol, TypeAlias
 
 from swarmevo.errors import Interrupted
@@ -17,6 +18,8 @@ JOB_SECONDS: Final = 0.5
 """A job should not take longer, so that Ctrl-C is answered soon; one episode is the least."""
 GLANCE_SECONDS: Final = 0.1
 """Between two looks whether to stop."""
+AHEAD: Final = 4
+"""Jobs that a thread has before it: enough to be always busy, few enough to look through again and again."""
 PATIENCE_SECONDS: Final = 0.3
 """To wait for a job whose result is not wanted any more."""
 
@@ -80,10 +83,11 @@ class ThreadBackend:
     def run(self, jobs: Sequence[Job], stop: Callable[[], bool]) -> Generator[Results, None, None]:
         """See :class:`Backend`."""
         cancelled = threading.Event()
-        futures = [self._threads.submit(run_job, self._config_json, job, cancelled.is_set) for job in jobs]
-        unfinished, to_come = set(futures), len(futures)
+        waiting, unfinished, to_come = iter(jobs), set[Future[Results]](), len(jobs)
         try:
-            while unfinished:
+            while to_come:
+                for job in islice(waiting, AHEAD * self.slots - len(unfinished)):
+                    unfinished.add(self._threads.submit(run_job, self._config_json, job, cancelled.is_set))
                 finished, unfinished = wait(unfinished, GLANCE_SECONDS, FIRST_COMPLETED)
                 is_over = not finished and stop()
                 for future in finished:

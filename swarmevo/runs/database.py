@@ -10,7 +10,7 @@ import os
 import re
 import sqlite3
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
@@ -87,7 +87,20 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
     Raises:
         StoreError: It is not writable, no run of swarmevo, or of another schema version.
     """
-    path = folder / DATABASE_FILE
+    return open_database(folder / DATABASE_FILE, readonly, lambda database: _check_schema(folder, database))
+
+
+def open_database(path: Path, readonly: bool, check: Callable[[sqlite3.Connection], None]) -> sqlite3.Connection:
+    """Open a database that is there.
+
+    Args:
+        path: Of its file.
+        readonly: Only read.
+        check: Refuses what is not one of ours, before anything else is read.
+
+    Raises:
+        StoreError: It is not writable, or ``check`` refused it.
+    """
     place = _place(path)
     if not readonly and not os.access(path, os.W_OK):  # SQLite would open it all the same, to be read only
         raise StoreError(f"{path}: is not writable")
@@ -96,13 +109,13 @@ def connect(folder: Path, readonly: bool) -> sqlite3.Connection:
     database = sqlite3.connect(uri, uri=True, isolation_level=None, timeout=_BUSY_SECONDS)
     try:
         database.execute("PRAGMA trusted_schema = OFF")  # a run may come from a stranger
-        _check_schema(folder, database)
+        check(database)
     except sqlite3.OperationalError as error:
         database.close()
         if not readonly or _errorname(error) not in _NEEDS_RECOVERY:
             raise
-        connect(folder, readonly=False).close()  # rolls back what a killed writer left half done
-        return connect(folder, readonly)
+        open_database(path, False, check).close()  # rolls back what a killed writer left half done
+        return open_database(path, readonly, check)
     except BaseException:
         database.close()
         raise
@@ -169,21 +182,35 @@ def _check_schema(folder: Path, database: sqlite3.Connection) -> None:
         raise StoreError(
             f"{folder}: expected schema version {SCHEMA_VERSION}, got {version}; use {needed} swarmevo for this run"
         )
-    _check_tables(folder, database)
-
-
-def _check_tables(folder: Path, database: sqlite3.Connection) -> None:
-    """Refuse other tables than ours before any is read: a view in place of one is a program, which need not end."""
-    found = database.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE sql IS NOT NULL").fetchall()
-    episode = next((str(sql) for _, name, _, sql in found if name == "episode"), "")
+    episode = next((str(sql) for _, name, _, sql in schema_of(database) if name == "episode"), "")
     objectives, robots = (len(re.findall(rf"^ +{cell}_\d+ ", episode, re.M)) for cell in ("objective", "homing_time"))
-    created = re.findall(r"^(CREATE TABLE (\w+) .*?);$", tables(objectives, robots), re.M | re.S)
+    check_tables(database, tables(objectives, robots), f"{folder}: expected the tables of a run in {DATABASE_FILE}")
+
+
+def schema_of(database: sqlite3.Connection) -> list[tuple[str, str, str, str]]:
+    """Return of each table, index, view and trigger that somebody made its kind, name, table and definition."""
+    return database.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema WHERE sql IS NOT NULL").fetchall()
+
+
+def check_tables(database: sqlite3.Connection, definition: str, expectation: str) -> None:
+    """Refuse other tables than ours before any is read: a view in place of one is a program, which need not end.
+
+    Args:
+        database: Just opened.
+        definition: Of the tables, in SQL.
+        expectation: What was expected where, in words: the message begins with it.
+
+    Raises:
+        StoreError: There are others.
+    """
+    found = schema_of(database)
+    created = re.findall(r"^(CREATE TABLE (\w+) .*?);$", definition, re.M | re.S)
     expected = [("table", name, name, sql) for sql, name in created]
     if set(found) != set(expected):
         kind, name, *_ = min({*found} ^ {*expected}, key=repr)
         raise StoreError(
-            f"{folder}: expected the tables of a run in {DATABASE_FILE} and nothing else, but its {kind} {name!r} is "
-            "missing, foreign or damaged; restore it from a copy, or drop what was added"
+            f"{expectation} and nothing else, but its {kind} {name!r} is missing, foreign or damaged; restore it from "
+            "a copy, or drop what was added"
         )
 
 
@@ -211,16 +238,16 @@ def damaged(folder: Path, what: str) -> StoreError:
 
 
 @contextlib.contextmanager
-def explained(folder: Path) -> Iterator[None]:
-    """Turn what SQLite and the file system report into a StoreError of one line."""
+def explained(folder: Path, file: str = DATABASE_FILE) -> Iterator[None]:
+    """Turn what SQLite, in a file of a run folder, and the file system report into a StoreError of one line."""
     try:
         yield
     except sqlite3.Error as error:
         code = "_".join(_errorname(error).split("_")[:2])  # without its extension
         advice = ADVICE.get(code, f"failed: {error}")
-        raise StoreError(f"{folder / DATABASE_FILE}: {advice}") from error
+        raise StoreError(f"{folder / file}: {advice}") from error
     except UnicodeDecodeError as error:
-        raise StoreError(f"{folder / DATABASE_FILE}: {ADVICE['SQLITE_CORRUPT']}") from error
+        raise StoreError(f"{folder / file}: {ADVICE['SQLITE_CORRUPT']}") from error
     except OSError as error:
         raise StoreError(refusal(error, error.filename or folder)) from error
     except OutputError as error:

@@ -53,14 +53,14 @@ def _refusal(override: str) -> str:
     return f"--set {override}: expected a key of the world ({', '.join(WORLD)}); all else is as the run has it"
 
 
-def changes(store: Store, other: Config) -> list[str]:
+def changes(run: Config, other: Config) -> list[str]:
     """Return what ``other`` has changed of a run's configuration, key by key, in words."""
-    run = store.config.model_dump()
+    evolved = run.model_dump()
     return [
-        f"{section}.{key} {_shown(value)} (evolved with {_shown(run[section][key])})"
+        f"{section}.{key} {_shown(value)} (evolved with {_shown(evolved[section][key])})"
         for section in WORLD
         for key, value in other.model_dump()[section].items()
-        if value != run[section][key]
+        if value != evolved[section][key]
     ]
 
 

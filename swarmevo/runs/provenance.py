@@ -51,6 +51,11 @@ def provenance(config_yaml: str, plugins: Sequence[PluginEntry], library: Mappin
     }
 
 
+def lasting(origin: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a provenance without what changes from session to session though nothing else does."""
+    return {key: value for key, value in origin.items() if key not in ("created", "config_sha256")}
+
+
 def plugin_files(plugins: Sequence[PluginEntry]) -> dict[str, dict[str, str]]:
     """Return the SHA-256 of each plugin's files: what a version number does not tell while a plugin is written."""
     return {f"{plugin.kind}.{plugin.name}": dict(plugin.files) for plugin in plugins}

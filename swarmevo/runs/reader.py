@@ -220,6 +220,11 @@ class StoreReader(RunFolder):
         return self._genes(*rows[0])
 
     @readable
+    def genome_ids_by_digest(self) -> dict[bytes, int]:
+        """Return the ids of all genomes by their SHA-256 (:func:`swarmevo.runs.checksums.of_genes`)."""
+        return {bytes(digest): id for id, digest in self._rows("SELECT id, sha256 FROM genome")}
+
+    @readable
     def totals(self, trial: int | None = None) -> Totals:
         """Return what a trial, or the run, has cost so far."""
         where = "WHERE ?1 IS NULL OR trial = ?1"

@@ -42,6 +42,7 @@ from swarmevo.runs.database import (
 from swarmevo.runs.files import WatchedFile
 from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
 from swarmevo.runs.lock import WriterLock, left_by
+from swarmevo.runs.provenance import lasting
 from swarmevo.runs.reader import StoreReader
 from swarmevo.runs.schema import to_rows
 
@@ -222,7 +223,7 @@ class Store(StoreReader):
         Args:
             provenance: See :func:`swarmevo.runs.provenance.provenance`.
         """
-        if _lasting(self.provenance) == _lasting(provenance):
+        if lasting(self.provenance) == lasting(provenance):
             return
         with self._transaction():
             insert_session(self._database, provenance)
@@ -330,8 +331,3 @@ def _lock_file(folder: Path) -> Path:
     """Return the place of the lock: beside the database itself, which several folders may have links to."""
     place = Path(os.path.realpath(folder / DATABASE_FILE))
     return place.with_name(f"{place.name.removesuffix('.sqlite')}.lock")
-
-
-def _lasting(provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a provenance without what changes from session to session though nothing else does."""
-    return {key: value for key, value in provenance.items() if key not in ("created", "config_sha256")}

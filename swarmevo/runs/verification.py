@@ -14,12 +14,15 @@ from typing import Any, Final
 import numpy as np
 
 from swarmevo.evolution.evaluation import Evaluator
-from swarmevo.evolution.results import COLUMNS, Results
+from swarmevo.evolution.results import Results
 from swarmevo.plugins.team import never
-from swarmevo.protocols import BoolArray, Objective
+from swarmevo.protocols import BoolArray
+from swarmevo.runs.comparison import differing
 from swarmevo.runs.driver import check_objectives, origin_of
 from swarmevo.runs.provenance import changed_files
 from swarmevo.runs.store import Store
+from swarmevo.runs.tests import StoredTests
+from swarmevo.runs.tests_again import DifferentTest, simulated_anew
 
 EXPLAINING: Final = (
     "swarmevo",
@@ -65,11 +68,16 @@ class Report:
     """For each session of the differences, one line for each thing that has changed since; or that nothing has."""
     damage: tuple[str, ...]
     """What is not as it was stored, one line each; nothing was simulated then."""
+    tests: int = 0
+    """Stored by ``swarmevo test``."""
+    tests_checked: int = 0
+    """Of them."""
+    different_tests: tuple[DifferentTest, ...] = ()
 
     @property
     def is_sound(self) -> bool:
         """Whether everything came out as it is stored."""
-        return not self.differences and not self.damage
+        return not self.differences and not self.different_tests and not self.damage
 
 
 def verify(
@@ -84,8 +92,8 @@ def verify(
     Args:
         store: Of the run.
         workers: Episodes to run at once; 0 is one for each processor.
-        sample: How many evaluations, drawn at random; None is all.
-        observe: Told how many of how many evaluations are done.
+        sample: How many evaluations, and how many tests, drawn at random; None is all.
+        observe: Told how many of how many evaluations are done; then of how many controllers' tests in a world.
         stop: Asked between jobs.
 
     Raises:
@@ -93,8 +101,23 @@ def verify(
         Interrupted: ``stop`` said so.
         StoreError: The run cannot be read, or its plugins now measure something else.
     """
-    if damage := tuple(store.damage()):
+    damage = tuple(store.damage())
+    if damage:  # what is not known of the run cannot be known of its tests
         return Report(0, 0, 0, (), (), damage)
+    with StoredTests.open(store, check=False) as tests:
+        if damage := tuple(tests.damage()):
+            return Report(0, 0, 0, (), (), damage)
+        return _simulated_anew(store, tests, workers, sample, observe, stop)
+
+
+def _simulated_anew(
+    store: Store,
+    tests: StoredTests,
+    workers: int,
+    sample: int | None,
+    observe: Callable[[int, int], None],
+    stop: Callable[[], bool],
+) -> Report:
     config = store.config
     places = _places(store)
     chosen = places if sample is None else _drawn(places, sample)
@@ -111,13 +134,17 @@ def verify(
             done, episodes = done + len(individuals), episodes + int(wanted.sum())
             observe(done, len(chosen))
         now = origin_of(config, evaluator)
+    tested = simulated_anew(store, tests, workers, sample, observe, stop)
     return Report(
         evaluations=len(places),
         checked=len(chosen),
         episodes=episodes,
         differences=tuple(differences),
-        explanations=tuple(_explanations(store, differences, now)),
+        explanations=(*_explanations(store, differences, now), *_explained_tests(tests, tested.differences, now)),
         damage=(),
+        tests=tested.tests,
+        tests_checked=tested.checked,
+        different_tests=tested.differences,
     )
 
 
@@ -155,26 +182,9 @@ def _compare(
 ) -> Iterator[Difference]:
     genomes, sessions = store.genome_ids(*place), store.sessions(*place).ravel()
     for i in np.flatnonzero(wanted).tolist():
-        if what := tuple(_differing(store.objectives, stored, again, i)):
+        if what := tuple(differing(store.objectives, stored, i, again, i)):
             individual, repeat = int(stored.individual[i]), int(stored.repeat[i])
             yield Difference(*place, individual, repeat, int(genomes[individual]), int(sessions[i]), what)
-
-
-def _differing(objectives: Sequence[Objective], stored: Results, again: Results, i: int) -> Iterator[str]:
-    """Yield the names of what is not the same in episode i."""
-    for column in COLUMNS:
-        same = np.atleast_1d(_same(stored[column.name][i], again[column.name][i]))
-        if column.axis == "objectives":
-            yield from (objective.name for objective, equal in zip(objectives, same, strict=True) if not equal)
-        elif not same.all():
-            yield "trajectory" if column.name == "hash" else column.name
-    if bool(stored.faults[i]) != bool(again.faults[i]):
-        yield "fault"
-
-
-def _same(one: Any, other: Any) -> BoolArray:
-    same: BoolArray = (one == other) | ((one != one) & (other != other))  # NaN is NaN
-    return same
 
 
 def explain(store: Store, session: int) -> list[str]:
@@ -192,6 +202,11 @@ def _explain(then: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
 def _explanations(store: Store, differences: Sequence[Difference], now: Mapping[str, Any]) -> Iterator[str]:
     for session in sorted({difference.session for difference in differences}):
         yield from (f"session {session}: {line}" for line in _explain(store.session(session), now))
+
+
+def _explained_tests(tests: StoredTests, differences: Sequence[DifferentTest], now: Mapping[str, Any]) -> Iterator[str]:
+    for session in sorted({difference.session for difference in differences}):
+        yield from (f"session {session} of tests: {line}" for line in _explain(tests.session(session), now))
 
 
 def _changes(then: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tests of controllers: what is counted, that it is repeatable, and the file that holds it."""
+"""Tests of controllers: what is counted, that it is repeatable, and that tests add up."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import small_runs
 from swarmevo import config
-from swarmevo.analysis import assessment, fronts, table_ii
+from swarmevo.analysis import assessment, bench, fronts, table_ii
+from swarmevo.analysis.sequential import Until
 from swarmevo.analysis.table_ii import PAPER, Outcome
 from swarmevo.errors import ConfigError, Interrupted, StoreError
+from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.runs import driver
 from swarmevo.runs.store import Store
+from swarmevo.runs.tests_file import TESTS_FILE
 
 
 @pytest.fixture(scope="module")
@@ -23,6 +27,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def assess(run: Path, **options: object) -> table_ii.Assessment:
+    """Test a run as if nobody had before."""
+    (run / TESTS_FILE).unlink(missing_ok=True)
+    return assess_more(run, **options)
+
+
+def assess_more(run: Path, **options: object) -> table_ii.Assessment:
     with Store.open(run) as store:
         return assessment.assess(store, **{"sizes": (1, 3), "repeats": 2, "workers": 1} | options)  # type: ignore[arg-type]
 
@@ -59,14 +69,12 @@ def test_every_controller_of_every_front_is_tested(run: Path) -> None:
     assert [row.robots for row in found.rows] == [1, 3]
     assert all(row.tests == 2 * len(points) for row in found.rows)
     assert all([outcome.robots for outcome in one.outcomes] == [1, 3] for one in found.controllers)
-    assert found.generations == {0: 2, 1: 2}
     assert found.robustness == []
 
 
 def test_tests_meet_noise_that_evolution_did_not(run: Path) -> None:
     with Store.open(run) as store:
-        settings = assessment._tested_config(store, 2)
-        keys = assessment.test_keys(settings, 1)
+        keys = [bench.test_key(store.config, 1, i) for i in range(2)]
     assert [tuple(key) for key in keys] == [(5, 1, 2**32 - 1, 0), (5, 1, 2**32 - 1, 1)]
     most = next(limit.le for limit in config.Evolution.model_fields["generations"].metadata if hasattr(limit, "le"))
     assert most < assessment.GENERATION
@@ -115,6 +123,110 @@ def test_it_can_be_stopped(run: Path) -> None:
         assess(run, stop=lambda: True)
 
 
+# ---- tests add up ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def evaluated(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many episodes each evaluation of this test runs."""
+    counts: list[int] = []
+    original = Evaluator.evaluate
+
+    def evaluate(self: Evaluator, *given: Any, **named: Any) -> Any:
+        done = original(self, *given, **named)
+        known = given[4] if len(given) > 4 else None
+        counts.append(len(done.episodes) - (0 if known is None else len(known)))
+        return done
+
+    monkeypatch.setattr(Evaluator, "evaluate", evaluate)
+    return counts
+
+
+def test_nothing_is_run_twice(run: Path, evaluated: list[int]) -> None:
+    few = assess(run, repeats=2)
+    controllers = len(few.controllers)
+    assert sum(evaluated) == 2 * 2 * controllers
+    assert assess_more(run, repeats=2) == few
+    assert sum(evaluated) == 4 * controllers
+    more = assess_more(run, repeats=5)
+    assert sum(evaluated) == 2 * 5 * controllers
+    assert more == assess(run, repeats=5)
+
+
+def test_a_smaller_test_shows_what_is_stored(run: Path, evaluated: list[int]) -> None:
+    rich = assess(run, sizes=(1, 2, 3), repeats=4, robustness=True)
+    evaluated.clear()
+    poor = assess_more(run, sizes=(2,), repeats=1)
+    assert not evaluated
+    assert (poor.repeats, poor.rows) == (4, rich.rows[1:2])
+    assert [one.tested for one in poor.controllers] == [one.tested for one in rich.controllers]
+    with Store.open(run) as store:
+        assert assessment.stored(store) == rich
+
+
+def test_worlds_are_kept_apart(run: Path, evaluated: list[int]) -> None:
+    usual = assess(run)
+    other = assess_more(run, overrides=["arena.size=1.2"])
+    assert other.changes == ["arena.size 1.2 (evolved with 1.0)"]
+    done = sum(evaluated)
+    assert assess_more(run, overrides=["arena.size=1.2"]) == other
+    assert assess_more(run, overrides=["arena.size=1.0"]) == usual
+    assert sum(evaluated) == done
+    with Store.open(run) as store:
+        assert assessment.stored(store) == usual
+
+
+def test_an_individual_alone(run: Path, evaluated: list[int]) -> None:
+    with Store.open(run) as store:
+        everybody, on_front = store.individuals(), {point.genome for point in fronts.front(store, 0)}
+    genome = next(int(id) for id in everybody.genome[everybody.trial == 0] if id not in on_front)
+    found = assess(run, genome=genome, repeats=3)
+    assert [(one.genome, one.trial, one.outcomes[0].tests) for one in found.controllers] == [(genome, 0, 3)]
+    assert sum(evaluated) == 2 * 3
+    with Store.open(run) as store:
+        assert assessment.stored(store) is None  # it is on no front
+
+
+def test_each_controller_counts_the_same(run: Path) -> None:
+    best = assess(run, sizes=(3,)).controllers[0].genome
+    assess_more(run, sizes=(3,), repeats=9, genome=best)
+    found = assess_more(run, sizes=(3,))
+    assert [one.outcomes[0].tests for one in found.controllers if one.genome == best] == [9]
+    assert (found.repeats, found.rows[0].tests) == (2, 2 * len(found.controllers))
+
+
+def test_those_who_came_later_are_untested(tmp_path: Path) -> None:
+    run = small_runs.make(tmp_path / "run", "evolution.trials=1", "evolution.generations=1")
+    assess(run, sizes=(3,), genome=1)
+    with Store.open(run, readonly=False) as store:
+        driver.extend(store, "+6")
+        driver.evolve(store, 1, lambda now: None, lambda: False)
+    with Store.open(run) as store:
+        front = fronts.front(store, 0)
+        found = assessment.stored(store)
+    assert found is None or found.untested == len(front) - len(found.controllers) > 0
+    assert assess_more(run, sizes=(3,)).untested == 0
+
+
+# ---- until it is decided ---------------------------------------------------------------------------------------------
+
+
+def test_a_controller_is_tested_until_it_is_decided(run: Path, evaluated: list[int]) -> None:
+    found = assess(run, sizes=(3,), repeats=60, until=Until(0.5))
+    assert {one.verdict for one in found.verdicts} == {"below"}  # within two seconds no box is pushed anywhere
+    assert {one.tests for one in found.verdicts} == {25}
+    assert sum(evaluated) == 25 * len(found.controllers)
+    assert assess_more(run, sizes=(3,), repeats=60, until=Until(0.5)).verdicts == found.verdicts
+    assert sum(evaluated) == 25 * len(found.controllers)
+
+
+def test_more_tests_change_no_decision(run: Path) -> None:
+    assess(run, sizes=(3,), repeats=60)
+    found = assess_more(run, sizes=(3,), repeats=60, until=Until(0.5, "homing"))
+    assert {one.tests for one in found.verdicts} == {25}
+    assert {one.outcomes[0].tests for one in found.controllers} == {60}
+
+
 # ---- teams of individuals --------------------------------------------------------------------------------------------
 
 
@@ -144,47 +256,3 @@ def test_watching_shows_the_tests(run: Path) -> None:
 def test_watching_somebody_unknown(run: Path) -> None:
     with Store.open(run) as store, pytest.raises(StoreError, match="there is no genome 999"):
         assessment.watch(store, 999)
-
-
-# ---- the file --------------------------------------------------------------------------------------------------------
-
-
-def test_saved_is_loaded(run: Path, tmp_path: Path) -> None:
-    found = assess(run, robustness=True)
-    assert table_ii.load(tmp_path) is None
-    file = table_ii.save(found, tmp_path)
-    assert table_ii.load(tmp_path) == found
-    assert [path.name for path in tmp_path.iterdir()] == ["table_ii.json"]
-    assert json.loads(file.read_text())["paper"][2]["push_rate"] == 0.96
-
-
-@pytest.mark.parametrize("content", ["", "{}", "[1]"])
-def test_a_damaged_file_is_named(tmp_path: Path, content: str) -> None:
-    (tmp_path / table_ii.FILE).write_text(content)
-    with pytest.raises(StoreError, match="is damaged; make it again with swarmevo test"):
-        table_ii.load(tmp_path)
-
-
-def test_a_number_that_was_changed_is_found(run: Path, tmp_path: Path) -> None:
-    """Case 54."""
-    file = table_ii.save(assess(run), tmp_path)
-    file.write_text(file.read_text().replace('"repeats": 2', '"repeats": 3'))
-    with pytest.raises(StoreError, match="is damaged; make it again with swarmevo test"):
-        table_ii.load(tmp_path)
-
-
-def test_another_format_is_refused(run: Path, tmp_path: Path) -> None:
-    file = table_ii.save(assess(run), tmp_path)
-    file.write_text(file.read_text().replace('"format": 1', '"format": 2'))
-    with pytest.raises(StoreError, match="expected format 1, got 2"):
-        table_ii.load(tmp_path)
-
-
-def test_who_went_on_is_stale(tmp_path: Path) -> None:
-    short = small_runs.make(tmp_path / "short", "evolution.trials=1")
-    found = assess(short, sizes=(1,))
-    with Store.open(short) as store:
-        assert not found.is_stale(store)
-    longer = small_runs.make(tmp_path / "longer", "evolution.trials=1", "evolution.generations=3")
-    with Store.open(longer) as store:
-        assert found.is_stale(store)

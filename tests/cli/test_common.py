@@ -157,5 +157,4 @@ def test_an_option_without_effect_is_refused(swarmevo_: Swarmevo, arguments: str
 def test_the_defaults_of_test_are_those_of_the_analysis() -> None:
     """They stand twice, so that --help imports nothing heavy."""
     defaults = {name: parameter.default for name, parameter in inspect.signature(assess).parameters.items()}
-    assert defaults["repeats"] == assessment.REPEATS
     assert team_sizes(defaults["robots"]) == list(assessment.TEAM_SIZES)

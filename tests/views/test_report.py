@@ -20,9 +20,10 @@ import seals
 import small_runs
 from browser import Watched, chromium, pixels, watch
 from swarmevo import cli
-from swarmevo.analysis import assessment, fronts, table_ii
+from swarmevo.analysis import assessment, fronts
 from swarmevo.errors import StoreError
 from swarmevo.runs.store import CONFIG_FILE, PROVENANCE_FILE, Store
+from swarmevo.runs.tests_file import TESTS_FILE
 from swarmevo.views.report import page as report
 from swarmevo.views.report import run as report_run
 
@@ -34,7 +35,7 @@ ARTEFACTS = os.environ.get("SWARMEVO_ARTEFACTS")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = small_runs.make(tmp_path_factory.mktemp("runs") / "a <b>run", "episode.horizon=4")
     with Store.open(folder) as store:
-        table_ii.save(assessment.assess(store, (1, 3), 2, robustness=True, workers=1), folder)
+        assessment.assess(store, (1, 3), 2, robustness=True, workers=1)
     return folder
 
 
@@ -79,17 +80,15 @@ def test_a_runs_text_cannot_become_markup(page_file: Path) -> None:
 def test_text_of_a_strangers_run_cannot_become_markup(run: Path, tmp_path: Path) -> None:
     evil = "<img src=x onerror=alert(1)>"
     folder = shutil.copytree(run, tmp_path / evil)
-    tests = folder / table_ii.FILE
-    found = tests.read_text().replace('"no noise"', f'"{evil}"').replace("static near a wall", evil)
-    tests.write_text(json.dumps(table_ii.sealed(json.loads(found))))
+    (folder / TESTS_FILE).unlink()  # of a run with another provenance
     config = folder / CONFIG_FILE
     config.write_text(f"{config.read_text()}# {evil}\n")
     origin = json.loads((folder / PROVENANCE_FILE).read_text()) | {"cpu": evil, evil: [evil]}
     seals.change(folder, "UPDATE session SET provenance = ?", json.dumps(origin))
     text = report.page([folder])
     assert "<img" not in text
-    name, conditions, behaviours, provenance, settings = 2, 1, 1, 3, 1
-    assert text.count("&lt;img src=x onerror=alert(1)&gt;") == name + conditions + behaviours + provenance + settings
+    name, command, provenance, settings = 2, 1, 3, 1
+    assert text.count("&lt;img src=x onerror=alert(1)&gt;") == name + command + provenance + settings
     assert [point["facts"] for point in embedded(text)[0]["points"]]
 
 
@@ -174,7 +173,7 @@ def test_test_prints_the_table_and_stores_it(tmp_path: Path, capsys: pytest.Capt
     code, out, err = command(capsys, "test", folder, "--robots", "3", "--repeats", "1", "--workers", "1")
     assert code == 0
     assert "(98%)" in out
-    assert err.splitlines()[-1] == f"stored in {folder / 'table_ii.json'}"
+    assert err.splitlines()[-1] == f"stored in {folder / TESTS_FILE}"
     code, out, _ = command(capsys, "test", folder, "--robots", "1-2", "--repeats", "1", "--workers", "1", "--json")
     assert [row["robots"] for row in json.loads(out)["rows"]] == [1, 2]
 

@@ -141,6 +141,16 @@ def show_verification(report: Report, as_json: bool) -> None:
         )
     if (more := len(report.differences) - _SHOWN_DIFFERENCES) > 0:
         out.print(f"and {more} more episodes differ; --json lists them")
+    if report.tests:
+        out.print(f"{report.tests_checked} of {report.tests} tests of controllers simulated anew")
+    for test in report.different_tests[:_SHOWN_DIFFERENCES]:
+        out.print(
+            f"differs: test {test.repeat} of individual {test.genome}, trial {test.trial}, world {test.world}, "
+            f"session {test.session} of tests: {', '.join(test.what)}"
+        )
+    if (more := len(report.different_tests) - _SHOWN_DIFFERENCES) > 0:
+        out.print(f"and {more} more tests differ; --json lists them")
     for line in report.explanations:
         out.print(f"  {line}")
-    out.print("the same, bit by bit" if report.is_sound else f"{len(report.differences)} episodes differ")
+    different = len(report.differences) + len(report.different_tests)
+    out.print("the same, bit by bit" if report.is_sound else f"{different} episodes differ")

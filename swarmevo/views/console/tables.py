@@ -5,20 +5,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rich.console import Console
+
 from swarmevo.views import text
 from swarmevo.views.console import output
 
 if TYPE_CHECKING:
+    from swarmevo.analysis.sequential import Until
     from swarmevo.analysis.table_ii import Assessment, Outcome, PaperRow
 
 
-def show_assessment(found: Assessment) -> None:
-    """Print the paper's Table II, ours and the paper's side by side, and what else was tested."""
+def show_assessment(found: Assessment, whose: str) -> None:
+    """Print the paper's Table II, ours and the paper's side by side, and what else was tested.
+
+    Args:
+        found: To print.
+        whose: The controllers, in words.
+    """
     from swarmevo.analysis.table_ii import PAPER
 
     out = output.stdout()
     out.print(
-        f"{len(found.controllers)} controllers of all trials' fronts, {found.repeats} tests each on fresh seeds. "
+        f"{whose}, {text.plain(text.count(found.repeats, 'test'))} each on fresh seeds. "
         "Rates are over robots or tests, times means over those that succeeded; (in brackets: the paper)"
     )
     if found.changes:
@@ -35,9 +43,24 @@ def show_assessment(found: Assessment) -> None:
         for one in found.robustness:
             table.add_row(one.name, one.changes, *map(text.plain, text.outcome(one.outcome)))
         out.print(table)
+    if found.until:
+        _show_verdicts(out, found, found.until)
     out.print("\nShare of robots with a behaviour of the paper's section VII")
     for label, share in found.behaviours.items():
         out.print(f"  {share:4.0%}  {label}")
+
+
+def _show_verdicts(out: Console, found: Assessment, until: Until) -> None:
+    shown = {"above": "yes", "below": "no", "open": "not decided"}
+    out.print(
+        f"\nIs the {until.rate} rate above {until.limit:g}? A controller is tested until its 95% interval says so"
+    )
+    table = output.table("robots", "individual", "trial", "above", "tests", until.rate, "95% interval", right=True)
+    for one in found.verdicts:
+        interval = f"{one.low:.1%} to {one.high:.1%}"
+        where = str(one.robots), str(one.genome), str(one.trial)
+        table.add_row(*where, shown[one.verdict], str(one.tests), f"{one.rate:.1%}", interval)
+    out.print(table)
 
 
 def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str]:

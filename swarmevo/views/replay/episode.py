@@ -140,7 +140,7 @@ def episodes(
         ReplayError: As :func:`replay`.
     """
     settings = other_world.load(store, overrides)
-    changes = other_world.changes(store, settings)
+    changes = other_world.changes(store.config, settings)
     name = f"{store.folder.resolve().name}, individual {chosen.genome}"
     key = chosen.key
     place = f"seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"

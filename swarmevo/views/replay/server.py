@@ -140,7 +140,7 @@ def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = (
         with Store.open(folder) as store:
             chosen = replay_episode.choose(store, genome)
             settings = other_world.load(store, overrides)
-            changes = other_world.changes(store, settings)
+            changes = other_world.changes(store.config, settings)
         key = chosen.key._replace(repeat=number)
         place = f"live: seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
         place = ", ".join([place, *changes])

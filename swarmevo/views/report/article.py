@@ -55,8 +55,8 @@ class Article:
     behaviour: list[Figure]
     behaviour_fault: str
     """Why there are none of them: a test failed; else empty."""
-    stale: bool
-    """The run has gone on since its tests."""
+    untested: int
+    """Controllers on the fronts without some of the tests."""
     table_ii: Table | None
     """None, as those below: the run was not tested."""
     robustness: Table | None
@@ -81,7 +81,7 @@ def article(store: Store, run: Run) -> Article:
         evolution=list(_evolution(store)),
         behaviour=behaviour,
         behaviour_fault=fault,
-        stale=tests is not None and tests.is_stale(store),
+        untested=tests.untested if tests else 0,
         table_ii=tables.table_ii(tests) if tests else None,
         robustness=tables.robustness(tests) if tests else None,
         gap=tables.gap(store.objectives[0], tests) if tests else None,

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.analysis import fronts, table_ii
+from swarmevo.analysis import assessment, fronts
 from swarmevo.analysis.fronts import FrontPoint, Summary
 from swarmevo.analysis.table_ii import Assessment, Tested
 from swarmevo.errors import EvaluationError, StoreError
@@ -71,7 +71,7 @@ class Run:
                 episodes[point.trial, point.genome] = _episode(store, chosen)
             except EvaluationError as error:
                 faults[point.trial, point.genome] = chosen.fault or str(error)
-        return cls(number, name, summary, table_ii.load(store.folder), points, best, episodes, faults)
+        return cls(number, name, summary, assessment.stored(store), points, best, episodes, faults)
 
     def tested(self, point: FrontPoint) -> Tested | None:
         """Return what the tests say of a point, if it was tested."""
@@ -130,7 +130,9 @@ def _facts(store: Store, point: FrontPoint, tested: Tested | None) -> list[tuple
     ]
     if tested is not None:
         first = store.objectives[0].name
-        facts.append((f"{text.words(first)} in fresh tests", text.number(tested.tested[first])))
+        if tested.tested:
+            facts.append((f"{text.words(first)} in fresh tests", text.number(tested.tested[first])))
         shown = [f"{label} {text.percent(share)}" for label, share in tested.behaviours.items() if share >= _RARE]
-        facts.append(("robots in fresh tests", ", ".join(shown) or "none of section VII's"))
+        if tested.behaviours:
+            facts.append(("robots in fresh tests", ", ".join(shown) or "none of section VII's"))
     return facts

@@ -81,5 +81,6 @@ def gap(objective: Objective, tests: Assessment) -> Table:
             text.difference(one.tested[name] - one.evolved[name]),
         ]
         for one in tests.controllers
+        if one.tested
     ]
     return Table(["individual", "trial", "in evolution", "in fresh tests", "difference"], rows)

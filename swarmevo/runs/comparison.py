@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether an episode that was simulated anew is the stored one, bit by bit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from swarmevo.evolution.results import COLUMNS, Results
+from swarmevo.protocols import BoolArray, Objective
+
+
+def differing(objectives: Sequence[Objective], stored: Results, i: int, again: Results, j: int) -> Iterator[str]:
+    """Yield the names of what is not the same in episode i of ``stored`` and in episode j of ``again``."""
+    for column in COLUMNS:
+        same = np.atleast_1d(_same(stored[column.name][i], again[column.name][j]))
+        if column.axis == "objectives":
+            yield from (objective.name for objective, equal in zip(objectives, same, strict=True) if not equal)
+        elif not same.all():
+            yield "trajectory" if column.name == "hash" else column.name
+    if bool(stored.faults[i]) != bool(again.faults[j]):
+        yield "fault"
+
+
+def _same(one: Any, other: Any) -> BoolArray:
+    same: BoolArray = (one == other) | ((one != one) & (other != other))  # NaN is NaN
+    return same
