@@ -65,6 +65,8 @@ def _set(raw: dict[str, Any], keys: list[str], value: Any) -> str:
         raw[top] = named(raw.get(top, copy.deepcopy(Config.model_fields[top].default)))
         if not sections and isinstance(value, str) and isinstance(raw[top], Mapping):
             value = {value: raw[top].get(value, {})}
+        if not sections:
+            value = named(value)
 
     section = raw
     for name in sections:

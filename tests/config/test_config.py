@@ -134,6 +134,7 @@ def test_a_key_is_set_once(errors: Any, overrides: list[str], key: str) -> None:
         ["optimiser=pde", "optimiser.pde.crossover_rate=0.5"],
         ["optimiser.pde.crossover_rate=0.5", "optimiser=pde"],
         ["fitness=[box_pushing]", "fitness.box_pushing.strength=9"],
+        ["fitness=[box_pushing, hidden_neurons]", "team.robots=3"],
     ],
 )
 def test_overrides_may_add_to_each_other(load: Any, overrides: list[str]) -> None:
