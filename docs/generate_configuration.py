@@ -53,13 +53,61 @@ swarmevo evolve my.yaml --seed 1 --set noise.infrared=0.1 --set 'box.pose=[0, 0.
 - "Paper" refers to the sections of the paper that [the paper map](paper-map.md) goes through.
 """
 
+WORLDS = {
+    "worlds": """\
+## worlds
+
+A list of worlds that each individual is tried in, `evolution.repeats` episodes in each. An entry says what differs from
+the sections above, and may have a `weight` (1). Nothing listed: the world of the sections alone.
+
+```yaml
+worlds:
+  - {team.robots: 3}
+  - {team.robots: 5, weight: 2}
+  - {team.robots: 2, weight: -1}
+```
+
+- An objective is the mean of its episodes in each world, then over the worlds as `evolution.over_worlds` says: the mean
+  by weight, the worst, or a quantile (these two ignore how large a weight is).
+- A weight below 0 wants the opposite: there a value is mirrored in the middle of its objective's range.
+- An objective that follows from the genome alone, such as `hidden_neurons`, is what it is, whatever the weights.
+- Episode `repeat` of an individual is in world `repeat` modulo their number; the stored column `world` tells it.
+- `swarmevo test` tries controllers in the world of the sections, to the horizon; `--set` chooses another one.
+""",
+    "vary": """\
+## vary
+
+What is drawn anew in each episode, from a random stream of its own that all individuals of a generation share.
+
+```yaml
+vary:
+  box.mass: {uniform: [0.20, 0.28]}
+  noise.wheels: {normal: [0.05, 0.01]}
+  team.start: {choice: [row, random]}
+  box.pose: {uniform: [[-0.05, 0.345, -0.2], [0.05, 0.345, 0.2]]}
+```
+
+| draw | what is given | drawn |
+|---|---|---|
+| `uniform` | `[low, high]` | in between; whole numbers where the key takes them; each entry of a list on its own |
+| `normal` | `[mean, standard deviation]` | cut off at three standard deviations |
+| `choice` | a list of values | one of them, all equally likely |
+
+Not to be varied, nor to differ between worlds: `team.genomes`, `episode.control_period`, and `team.robots` where each
+robot has a genome of its own.
+""",
+}
+"""What the models do not tell."""
+
 
 def text() -> str:
     """Return the whole page."""
     schema = Config.model_json_schema()
     parts = [HEAD]
     for name, field in schema["properties"].items():
-        if name in plugins.GROUPS:
+        if name in WORLDS:
+            parts.append(WORLDS[name])
+        elif name in plugins.GROUPS:
             parts += _plugin_section(name, field)
         else:
             parts += _section(name, schema["$defs"][field["$ref"].rpartition("/")[2]])

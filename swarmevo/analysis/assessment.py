@@ -126,7 +126,7 @@ def stored(store: Store) -> Assessment | None:
     Raises:
         StoreError: The tests are damaged, or of another version.
     """
-    settings = store.config
+    settings = other_world.test_world(store.config)
     with StoredTests.open(store) as tests:
         known = set(tests.worlds())
         most = settings.team.robots if settings.team.has_own_genomes else _LARGEST_TEAM
@@ -300,7 +300,8 @@ def watch(store: Store, genome: int | None = None) -> Recording:
         StoreError: There is no such genome, or no generation yet.
     """
     id, trial = watched(store, genome)
-    return record(store.config, store.genome(id), [test_key(store.config, trial, i) for i in range(REPEATS)])
+    settings = other_world.test_world(store.config)
+    return record(settings, store.genome(id), [test_key(settings, trial, i) for i in range(REPEATS)])
 
 
 def watched(store: Store, genome: int | None = None) -> tuple[int, int]:

@@ -17,7 +17,9 @@ import moocore
 import numpy as np
 
 from swarmevo import config
-from swarmevo.protocols import FloatArray, IntArray, Objective
+from swarmevo.analysis.statistics import wilson
+from swarmevo.evolution.budget import Budget
+from swarmevo.protocols import BoolArray, FloatArray, IntArray, Objective
 from swarmevo.runs.records import Totals
 from swarmevo.runs.store import Store
 from swarmevo.testing import random_genomes
@@ -36,14 +38,18 @@ class FrontPoint:
     first_generation: int
     last_generation: int
     episodes: int
-    """Behind every mean here."""
+    """Behind every mean and rate here."""
     objectives: dict[str, float]
     homing_rate: float
     """Share of robots that came within the emitter's range."""
+    homing_interval: tuple[float, float]
+    """Wilson's, of 95 %, with the episodes as independent trials."""
     homing_time: float | None
     """[s]; None: none did."""
     push_rate: float
     """Share of episodes in which the box touched the target wall."""
+    push_interval: tuple[float, float]
+    """Likewise."""
     push_time: float | None
     """[s]; None: it never did."""
 
@@ -116,7 +122,8 @@ class Forecast:
 def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
     """Return the non-dominated individuals of a trial, or of all trials, the best first objective first."""
     found = store.individuals(trial)
-    best_first = _non_dominated(store.objectives, found.objectives)
+    known = np.flatnonzero(_are_known(found.episodes, store.config.evolution.least_episodes))
+    best_first = known[_non_dominated(store.objectives, found.objectives[known])]
     names = [objective.name for objective in store.objectives]
     return [
         FrontPoint(
@@ -127,8 +134,10 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
             episodes=int(found.episodes[i]),
             objectives=dict(zip(names, found.objectives[i].tolist(), strict=True)),
             homing_rate=float(found.homing_rate[i]),
+            homing_interval=_interval(found.homing_rate[i], found.episodes[i]),
             homing_time=_seconds(found.homing_time[i]),
             push_rate=float(found.push_rate[i]),
+            push_interval=_interval(found.push_rate[i], found.episodes[i]),
             push_time=_seconds(found.push_time[i]),
         )
         for i in best_first
@@ -145,23 +154,41 @@ def history(store: Store, trial: int) -> list[Step]:
     that of all such genomes their front is enough.
     """
     summaries = list(store.summaries(trial))
+    least = store.config.evolution.least_episodes
     last = {genome: summary.number for summary in summaries for genome in summary.genomes.tolist()}
-    totals: dict[int, FloatArray] = {}  # genome that is evaluated again: sum over its evaluations
-    counts: dict[int, int] = {}
+    totals: dict[int, FloatArray] = {}  # genome that is evaluated again: sum over its episodes in each world
+    counts: dict[int, IntArray] = {}
     settled = np.empty((0, len(store.objectives)))  # the front of the others' means
+    unsure = [(settled, np.empty(0, dtype=np.intp))]  # means and episodes of those with too few, while all have
+    seen: set[int] = set()
     steps = []
     for summary in summaries:
-        before = len(counts)
-        for genome, values in zip(summary.genomes.tolist(), summary.objectives, strict=True):
-            totals[genome] = totals.get(genome, 0.0) + values
-            counts[genome] = counts.get(genome, 0) + 1
-        means = np.array([total / counts[genome] for genome, total in totals.items()])
+        before = len(seen)
+        seen.update(summary.genomes.tolist())
+        for genome, sums, count in zip(summary.genomes.tolist(), summary.sums, summary.counts, strict=True):
+            totals[genome] = totals.get(genome, 0.0) + sums
+            counts[genome] = counts.get(genome, 0) + count
+        n = np.array([counts[genome] for genome in totals])
+        means = store.over_worlds(np.array(list(totals.values())) / n[..., np.newaxis])
         over = np.array([last[genome] == summary.number for genome in totals])
-        points = _front_of(store.objectives, settled, means)
-        steps.append(_step(store.objectives, summary.number, points, len(counts) - before))
-        settled = _front_of(store.objectives, settled, means[over])
-        totals = {genome: total for genome, total in totals.items() if last[genome] > summary.number}
+        episodes = n.sum(axis=1)
+        known = episodes >= least
+        points = _front_of(store.objectives, settled, means[known])
+        if not len(points):  # nobody has enough: those with the most
+            all_means, all_episodes = (np.concatenate(part) for part in zip(*unsure, (means, episodes), strict=True))
+            points = _front_of(store.objectives, all_means[all_episodes == all_episodes.max()])
+            unsure.append((means[over], episodes[over]))
+        steps.append(_step(store.objectives, summary.number, points, len(seen) - before))
+        settled = _front_of(store.objectives, settled, means[over & known])
+        for genome in [genome for genome in totals if last[genome] == summary.number]:
+            del totals[genome], counts[genome]
     return steps
+
+
+def _are_known(episodes: IntArray, least: int) -> BoolArray:
+    """Return ``(n,)``: who has enough episodes to be judged; if nobody has, who has the most."""
+    known: BoolArray = episodes >= min(least, int(episodes.max(initial=0)))
+    return known
 
 
 def _step(objectives: Sequence[Objective], generation: int, points: FloatArray, new_genomes: int) -> Step:
@@ -203,6 +230,10 @@ def _best(objective: Objective, values: FloatArray) -> float:
     return float(values.max() if objective.is_maximised else values.min())
 
 
+def _interval(rate: float, episodes: int) -> tuple[float, float]:
+    return wilson(float(rate) * int(episodes), int(episodes))
+
+
 def _seconds(time: float) -> float | None:
     return None if np.isnan(time) else float(time)
 
@@ -224,12 +255,18 @@ def summarise(store: Store) -> Summary:
         seed=store.seed,
         trials_planned=evolution.trials,
         generations_planned=evolution.generations,
-        complete=all(store.generations(trial) == evolution.generations for trial in range(evolution.trials)),
+        complete=is_complete(store),
         objectives=list(store.objectives),
         trials=[Trial(trial, front(store, trial), history(store, trial)) for trial in store.trials()],
         front=front(store),
-        cost=Cost(**asdict(totals), simulated_seconds=totals.episodes * settings.episode.horizon),
+        cost=Cost(**asdict(totals), simulated_seconds=totals.steps * settings.episode.control_period),
     )
+
+
+def is_complete(store: Store) -> bool:
+    """Return whether every trial has spent its budget."""
+    evolution, budget = store.config.evolution, Budget(store.config.evolution)
+    return all(budget.is_spent(store.generations(t), store.episodes_stored(t)) for t in range(evolution.trials))
 
 
 def generations(store: Store) -> tuple[int, int]:
@@ -257,17 +294,19 @@ def forecast(settings: config.Config, evaluator: Evaluator, workers: int) -> For
         EvaluationError: A plugin or an episode failed.
     """
     evolution = settings.evolution
-    wanted = math.ceil(_EPISODES_PER_WORKER * workers / evolution.repeats)
+    each = evolution.repeats * len(config.Worlds(settings))
+    wanted = math.ceil(_EPISODES_PER_WORKER * workers / each)
     genomes = random_genomes(evaluator.space, min(wanted, evolution.population))
     evaluator.evaluate(genomes[:1], trial=0, generation=0)  # caches warm up
     seconds = evaluator.evaluate(genomes, trial=0, generation=0).seconds
-    rate = len(genomes) * evolution.repeats / seconds
-    episodes = evolution.trials * evolution.generations * evolution.population * evolution.repeats
+    rate = len(genomes) * each / seconds
+    whole = evolution.generations * (evolution.population + evolution.resample) * each
+    episodes = evolution.trials * min(whole, evolution.episodes or whole)
     return Forecast(
         episodes=episodes,
         simulated_seconds=episodes * settings.episode.horizon,
         wall_seconds=episodes / rate,
         workers=workers,
-        measured_episodes=len(genomes) * evolution.repeats,
+        measured_episodes=len(genomes) * each,
         episodes_per_second=rate,
     )

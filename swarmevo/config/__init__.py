@@ -20,6 +20,7 @@ from swarmevo.config.models import (
 )
 from swarmevo.config.overrides import as_overrides
 from swarmevo.config.reading import changed, dump, load, seeded
+from swarmevo.config.worlds import World, Worlds, each_world, world_errors
 from swarmevo.errors import ConfigError
 
 __all__ = [
@@ -37,11 +38,15 @@ __all__ = [
     "Section",
     "Sensors",
     "Team",
+    "World",
+    "Worlds",
     "as_overrides",
     "changed",
     "did_you_mean",
     "dump",
+    "each_world",
     "load",
     "seeded",
     "world",
+    "world_errors",
 ]

@@ -26,7 +26,8 @@ def explain(problem: ErrorDetails) -> str:
     if kind == "extra_forbidden":
         return _unknown(*map(str, path))
     if kind == "value_error":
-        return f"{_dotted(path)}.{problem['msg'].removeprefix('Value error, ')}"
+        reason = problem["msg"].removeprefix("Value error, ")
+        return f"{_dotted(path)}{': ' if reason.startswith('expected') else '.'}{reason}"
     if kind == "missing":  # no key is required: it is a list that is too short
         path = path[:-1]
     expected, unit = expected_at(path), _unit(path)

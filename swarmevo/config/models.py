@@ -263,6 +263,22 @@ def _is_plain(value: Any) -> bool:
     return value is None
 
 
+def _worlds(value: Any) -> Any:
+    """Take a list of ``{section.key: value}``; what is in them is checked with the rest (``worlds.py``)."""
+    if not isinstance(value, list | tuple) or not all(isinstance(entry, Mapping) for entry in value):
+        raise ValueError(f"expected a list of worlds, each {{section.key: value}}, got {reprlib.repr(value)}")
+    return tuple(_plain(dict(entry)) for entry in value)
+
+
+def _varied(value: Any) -> Any:
+    """Take ``{section.key: {uniform: [low, high]}}`` or another kind of draw."""
+    if not isinstance(value, Mapping) or not all(isinstance(draw, Mapping) for draw in value.values()):
+        raise ValueError(f"expected {{section.key: {{uniform: [low, high]}}}}, got {reprlib.repr(value)}")
+    return _plain({key: dict(draw) for key, draw in value.items()})
+
+
+Differing = Annotated[tuple[dict[str, Any], ...], BeforeValidator(_worlds)]
+Varying = Annotated[dict[str, dict[str, Any]], BeforeValidator(_varied)]
 Options = Annotated[dict[str, Any], AfterValidator(_plain)]
 Plugin = Annotated[dict[str, Options], BeforeValidator(named), Field(min_length=1, max_length=1)]
 Plugins = Annotated[dict[str, Options], BeforeValidator(named), Field(min_length=1)]
@@ -278,7 +294,25 @@ class Evolution(Section):
     trials: int = Field(default=1, ge=1, le=65535)
     """Independent evolutions (paper Table I: 10)."""
     repeats: int = Field(default=3, ge=1, le=65535)
-    """Episodes per evaluation; objectives are their mean."""
+    """Episodes per evaluation, in each of the worlds; objectives are their mean."""
+    over_worlds: Literal["mean", "worst", "quantile"] = "mean"
+    """How an objective's means in each of the `worlds` become one number: their mean, by weight; the worst; or that
+    quantile, counted from the worst."""
+    worlds_quantile: Fraction = 0.25
+    """With `over_worlds: quantile`; 0 is the worst world, 0.5 the median, linear in between."""
+    race_after: int = Field(default=0, ge=0, le=65535)
+    """Repeats in each world after which the hopeless of a generation get no more; 0: all get all."""
+    race_keep: Fraction = 0.5
+    """Share of a generation that goes on, with `race_after`: whole non-dominated layers, the best first."""
+    least_episodes: int = Field(default=0, ge=0, le=1_000_000_000)
+    """Episodes that an individual must have before it may stand on a front; while none has, those with the most may."""
+    resample: int = Field(default=0, ge=0, le=1_000_000)
+    """Individuals of the trial's front that are evaluated again in each generation, those with the fewest episodes."""
+    refine: Fraction = 0.0
+    """Last share of the budget that makes no new individuals: the front and the optimiser's answer are evaluated again
+    and again, those with the fewest episodes first."""
+    episodes: int | None = Field(default=None, ge=1, le=1_000_000_000_000)
+    """Budget of a trial beside `generations`: it ends with the generation in which it is reached."""
     seed: int | None = Field(default=None, ge=0, le=2**63 - 1)
     """Of everything random in the run; drawn, printed and stored if not given."""
     on_fault: Literal["fail", "worst"] = "fail"
@@ -299,6 +333,10 @@ class Config(Section):
     noise: Noise = Noise()
     physics: Physics = Physics()
     episode: Episode = Episode()
+    worlds: Differing = ()
+    """The worlds that an individual is tried in: for each, what differs from the sections above, and its weight."""
+    vary: Varying = Field(default={})
+    """What is drawn anew in each episode: by `uniform`, `normal` or `choice`."""
     controller: Plugin = Field(default={"feedforward": {}}, validate_default=True)
     """The controller plugin and its options."""
     fitness: Plugins = Field(default={"box_pushing": {}, "hidden_neurons": {}}, validate_default=True)

@@ -37,6 +37,8 @@ def apply(raw: dict[str, Any], overrides: Sequence[str], errors: list[str]) -> N
     for override in overrides:
         path, equals, text = override.partition("=")
         keys = path.strip().split(".")
+        if keys[0] == "vary" and len(keys) > 1:  # its keys are keys of the world: vary.box.mass
+            keys = ["vary", ".".join(keys[1:])]
         if not equals or not all(keys):
             errors.append(f"--set {override}: expected section.key=value")
             continue

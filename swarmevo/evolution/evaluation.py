@@ -19,16 +19,20 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Final, Self
 
+import moocore
 import numpy as np
 
 from swarmevo import simulation
 from swarmevo.config import Config
 from swarmevo.errors import EvaluationError, Interrupted
+from swarmevo.evolution.aggregation import OverWorlds
+from swarmevo.evolution.archive import Archive
+from swarmevo.evolution.costs import reference_costs, to_costs
 from swarmevo.evolution.jobs import Job, Setup
-from swarmevo.evolution.results import Results, joined
+from swarmevo.evolution.results import Place, Results, joined
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins.team import never
-from swarmevo.protocols import FloatArray, GenomeSpace, Objective
+from swarmevo.protocols import BoolArray, FloatArray, GenomeSpace, IntArray, Objective
 from swarmevo.simulation import EpisodeKey
 
 TELEMETRY_BYTES: Final = 64 * 2**20
@@ -41,44 +45,20 @@ LOCKSTEP_WORLDS: Final = 8
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What n genomes did in r episodes each; m objectives."""
+    """What n genomes did in their episodes; m objectives."""
 
     episodes: Results
     """All of them, by individual and repeat."""
     costs: FloatArray
-    """``(n, m)``: mean over the repeats, all to be minimised."""
+    """``(n, m)``: means in each world, then over the worlds (``aggregation.py``), all to be minimised."""
     seconds: float
     """From start to end."""
 
     @property
     def objectives(self) -> FloatArray:
-        """``(n, r, m)``: as measured, each in its own direction."""
+        """``(n, r, m)``: as measured, each in its own direction; where all have r episodes."""
         objectives: FloatArray = self.episodes.grid("objective")
         return objectives
-
-
-# ---- costs -----------------------------------------------------------------------------------------------------------
-
-
-def to_costs(objectives: Sequence[Objective], values: FloatArray) -> FloatArray:
-    """Return ``values`` ``(..., m)``, each in its own direction, as costs: less is better in every column."""
-    maximised = np.array([objective.is_maximised for objective in objectives])
-    costs: FloatArray = np.where(maximised, 0.0 - values, values)  # 0 - x, as -x would make -0 of 0
-    return costs
-
-
-def reference_costs(objectives: Sequence[Objective]) -> FloatArray:
-    """Return ``(m,)``: the worse end of each objective's range as costs, the hypervolume's reference."""
-    return to_costs(objectives, np.array([objective.worst for objective in objectives], dtype=np.float64))
-
-
-def mean_over_repeats(objectives: FloatArray) -> FloatArray:
-    """Return ``(n, m)`` of ``(n, r, m)``, added up in the order of the repeats: the same bits for any n."""
-    total = np.zeros_like(objectives[:, 0])
-    for repeat in range(objectives.shape[1]):
-        total += objectives[:, repeat]
-    mean: FloatArray = total / objectives.shape[1]
-    return mean
 
 
 # ---- the evaluator ---------------------------------------------------------------------------------------------------
@@ -109,8 +89,9 @@ class Evaluator:
         if workers < 0:
             raise ValueError(f"workers: expected a number of at least 0, got {workers}")
         self.seed: Final = config.evolution.seed
-        self._repeats = config.evolution.repeats
         self._setup = Setup(config)
+        self._over_worlds = OverWorlds(config, self.objectives)
+        self._evolution = config.evolution
         self._episode_seconds = math.inf  # of one worker, measured
         self._backend = backend(config.model_dump_json(), workers or len(os.sched_getaffinity(0)))
         self._process = os.getpid()
@@ -145,8 +126,8 @@ class Evaluator:
 
     @property
     def robots(self) -> int:
-        """In the team."""
-        return self._setup.team.robots
+        """In the largest team of any world."""
+        return self._setup.robots
 
     @property
     def block(self) -> int:
@@ -167,6 +148,10 @@ class Evaluator:
         """What the simulator says about itself."""
         return simulation.library_info()
 
+    def archive(self) -> Archive:
+        """Return an empty archive of a trial."""
+        return Archive(self._over_worlds, self.objectives, self.space.size)
+
     def evaluate(
         self,
         genomes: FloatArray,
@@ -175,8 +160,10 @@ class Evaluator:
         stop: Callable[[], bool] = never,
         known: Results | None = None,
         keep: Callable[[Results, float], None] = forget,
+        racing: int = 0,
+        episodes: IntArray | None = None,
     ) -> Evaluation:
-        """Run every genome through the configured number of episodes.
+        """Run every genome through its episodes: in each world as many as the configuration has repeats.
 
         Args:
             genomes: ``(n, space.size)``, finite.
@@ -186,6 +173,8 @@ class Evaluator:
             known: Results of some of these episodes, from an evaluation that was cut short: not run again.
             keep: Given the results of each job when they come, and the seconds since the start; but not those of a job
                 in which an episode failed, which should have another try.
+            racing: How many of the genomes, from the first on, race (``evolution.race_after``).
+            episodes: ``(n,)``: how many episodes each genome has; nobody races then.
 
         Raises:
             EvaluationError: A plugin or an episode failed, ``genomes`` has another shape, or this is a fork of the
@@ -199,44 +188,65 @@ class Evaluator:
             )
         self._setup.team.check(genomes)
         started = time.perf_counter()
-        jobs = self._jobs(genomes, trial, generation, known)
-        results = []
-        for result in self._run(jobs, stop):
-            results.append(result)
-            if not any(result.faults):
-                keep(result, time.perf_counter() - started)
-        if results:
-            self._episode_seconds = sum(result.seconds for result in results) / sum(map(len, results))
-        if known is not None:
-            results.append(_without(known, jobs))
-        where = f"trial {trial}, generation {generation}"
-        return self._evaluation(joined(results), time.perf_counter() - started, where)
+        all_repeats = self._evolution.repeats * len(self._setup.worlds)
+        most = np.full(len(genomes), all_repeats) if episodes is None else episodes
+        first = self._evolution.race_after * len(self._setup.worlds)
+        parts: list[Results] = []
 
-    def _evaluation(self, episodes: Results, seconds: float, where: str) -> Evaluation:
+        def run(plan: list[Place]) -> None:
+            jobs = self._jobs(genomes, plan, trial, generation, set() if known is None else known.places())
+            results = []
+            for result in self._run(jobs, stop):
+                results.append(result)
+                if not any(result.faults):
+                    keep(result, time.perf_counter() - started)
+            if results:
+                self._episode_seconds = sum(result.seconds for result in results) / sum(map(len, results))
+            if known is not None:
+                results.append(known.only(known.are_of(set(plan) - {place for job in jobs for place in job.places()})))
+            parts.extend(results)
+
+        if racing and 0 < first < all_repeats:
+            run([(i, repeat) for i in range(len(genomes)) for repeat in range(first)])
+            goes_on = self._goes_on(joined(parts), len(genomes), racing)
+            run([(i, repeat) for i in np.flatnonzero(goes_on).tolist() for repeat in range(first, all_repeats)])
+        else:
+            run([(i, repeat) for i, count in enumerate(most.tolist()) for repeat in range(count)])
+        where = f"trial {trial}, generation {generation}"
+        return self._evaluation(joined(parts), len(genomes), time.perf_counter() - started, where)
+
+    def _evaluation(self, episodes: Results, individuals: int, seconds: float, where: str) -> Evaluation:
         """Return what all episodes of an evaluation mean; ``where``: of which generation they are, in words."""
         if all(episodes.faults):
             raise EvaluationError(f"{where}: every episode failed; individual 0, repeat 0: {episodes.faults[0]}")
-        costs = to_costs(self.objectives, mean_over_repeats(episodes.grid("objective")))
-        return Evaluation(episodes, costs, seconds)
+        return Evaluation(episodes, self._costs(episodes, individuals), seconds)
 
-    def _jobs(self, genomes: FloatArray, trial: int, generation: int, known: Results | None) -> list[Job]:
-        """Cut what is not known of the evaluation into jobs: for each individual its repeats, one after the other."""
-        total = len(genomes) * self._repeats
-        keys = [EpisodeKey(self.seed, trial, generation, repeat) for repeat in range(self._repeats)]
+    def _costs(self, episodes: Results, individuals: int) -> FloatArray:
+        return to_costs(self.objectives, self._over_worlds.judge(episodes, individuals))
+
+    def _goes_on(self, episodes: Results, individuals: int, racing: int) -> BoolArray:
+        """Return ``(individuals,)``: who has more episodes after the first ones.
+
+        Of those who race, whole layers of non-dominated ones go on, the first first, until they are ``race_keep`` of
+        them.
+        """
+        layer = moocore.pareto_rank(self._costs(episodes, individuals)[:racing])
+        worst = np.sort(layer)[max(1, math.ceil(self._evolution.race_keep * racing)) - 1]
+        return np.concatenate([layer <= worst, np.ones(individuals - racing, dtype=np.bool_)])
+
+    def _jobs(
+        self, genomes: FloatArray, plan: Sequence[Place], trial: int, generation: int, known: Collection[Place]
+    ) -> list[Job]:
+        """Cut what is not known of a plan into jobs."""
         jobs = []
-        for places in self._cut(total, [] if known is None else self._places(known)):
-            individuals = tuple(place // self._repeats for place in places)
-            episodes = tuple(keys[place % self._repeats] for place in places)
+        for part in self._cut(len(plan), [i for i, place in enumerate(plan) if place in known]):
+            individuals = tuple(plan[i][0] for i in part)
+            episodes = tuple(EpisodeKey(self.seed, trial, generation, plan[i][1]) for i in part)
             jobs.append(Job(individuals, genomes[list(individuals)], episodes))
         return jobs
 
-    def _places(self, known: Results) -> list[int]:
-        """Return the number of each episode in the evaluation: individual by individual, repeat by repeat."""
-        places: list[int] = (known.individual * self._repeats + known.repeat).tolist()
-        return places
-
     def _cut(self, total: int, known: Collection[int]) -> list[range]:
-        """Return the places of each job's episodes."""
+        """Return the places in the plan of each job's episodes."""
         if (
             not self._setup.team.is_native
         ):  # always the same jobs, each as a whole: how they are cut may show in the results
@@ -260,10 +270,3 @@ class Evaluator:
             raise Interrupted
         with closing(self._backend.run(jobs, stop)) as finished:
             yield from finished
-
-
-def _without(known: Results, jobs: Sequence[Job]) -> Results:
-    """Return the known results but for those that ``jobs`` run anew."""
-    anew = {(i, key.repeat) for job in jobs for i, key in zip(job.individuals, job.episodes, strict=True)}
-    places = zip(known.individual.tolist(), known.repeat.tolist(), strict=True)
-    return known.only(np.array([place not in anew for place in places], dtype=np.bool_))

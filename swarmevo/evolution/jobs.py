@@ -15,22 +15,24 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo.config import Config
+from swarmevo.config import Config, Worlds, each_world
 from swarmevo.errors import EvaluationError, Interrupted, PluginError
 from swarmevo.evolution import processes
 from swarmevo.evolution.identity import Identity, difference, identity
-from swarmevo.evolution.results import COLUMNS, Results, joined
+from swarmevo.evolution.results import COLUMNS, Place, Results, joined
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import CHANNELS, FloatArray
 from swarmevo.simulation import EpisodeKey
 
+MOST_TEAMS: Final = 256
+"""Kept by a thread, each in the world of an episode."""
 START_SECONDS: Final = 120.0
 """Most that a process with a time limit takes to start and to load the plugins, on a busy machine."""
 
@@ -46,9 +48,21 @@ class Job:
     episodes: tuple[EpisodeKey, ...]
     """``k``"""
 
+    def places(self) -> list[Place]:
+        """Return the place of each episode in its generation."""
+        return [(i, key.repeat) for i, key in zip(self.individuals, self.episodes, strict=True)]
+
     def alone(self, i: int) -> Job:
         """Return episode i as a job of its own."""
-        return Job(self.individuals[i : i + 1], self.genomes[i : i + 1], self.episodes[i : i + 1])
+        return self.only([i])
+
+    def only(self, chosen: Sequence[int]) -> Job:
+        """Return some of the episodes as a job of their own."""
+        return Job(
+            tuple(self.individuals[i] for i in chosen),
+            self.genomes[list(chosen)],
+            tuple(self.episodes[i] for i in chosen),
+        )
 
 
 def run_job(config_json: str, job: Job, cancelled: Callable[[], bool] = never) -> Results:
@@ -123,15 +137,32 @@ class Setup:
 
     def __init__(self, config: Config) -> None:
         self.identity = identity(config)
-        self.team = Team(config)
+        self.worlds = Worlds(config)
+        self.team = Team(self.worlds[0].config)
+        """In the first world."""
+        self.robots, steps = self.team.robots, self.team.scene.info.control_steps
+        for _, world in each_world(config):
+            scene = self.team.in_world(world).scene
+            self.robots, steps = max(self.robots, scene.info.robots), max(steps, scene.info.control_steps)
+        sizes = [CHANNELS[name].sizes(self.robots) for name in self.team.channels]
+        self.episode_bytes = 8 * steps * sum(map(math.prod, sizes))
+        """Of the telemetry of the longest episode with the largest team, ``robots``."""
         self.timeout = config.evolution.episode_timeout
         self.goes_on = config.evolution.on_fault == "worst"
+        self._teams: dict[Hashable, Team] = {}
 
-    @property
-    def episode_bytes(self) -> int:
-        """Size of an episode's telemetry."""
-        sizes = [CHANNELS[name].sizes(self.team.robots) for name in self.team.channels]
-        return 8 * self.team.scene.info.control_steps * sum(map(math.prod, sizes))
+    def team_of(self, key: EpisodeKey) -> Team:
+        """Return the team in the world of an episode."""
+        place = self._world_of(key)
+        if place not in self._teams:
+            if len(self._teams) >= MOST_TEAMS:
+                self._teams.clear()
+            self._teams[place] = self.team.in_world(self.worlds.of_episode(*key))
+        return self._teams[place]
+
+    def _world_of(self, key: EpisodeKey) -> Hashable:
+        """Return what is equal for episodes in the same world."""
+        return key if self.worlds.vary else self.worlds.number_of(key.repeat)
 
     def run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         """Run a job on the calling thread."""
@@ -149,27 +180,43 @@ class Setup:
 
     def _run(self, job: Job, cancelled: Callable[[], bool]) -> Results:
         started = time.perf_counter()
-        done = self.team.simulate(job.genomes, job.episodes, cancelled=cancelled)
+        together: dict[Hashable, list[int]] = {}
+        for i, key in enumerate(job.episodes):
+            together.setdefault(self._world_of(key), []).append(i)
+        left = self._empty(job)
+        for episodes in together.values():
+            for name, values in self._in_one_world(job.only(episodes), cancelled).items():
+                left[name][episodes] = values
+        return self._results(job, left, ("",) * len(job.episodes), time.perf_counter() - started)
+
+    def _in_one_world(self, job: Job, cancelled: Callable[[], bool]) -> dict[str, NDArray[Any]]:
+        """Run episodes of one world; return what they left."""
+        team = self.team_of(job.episodes[0])
+        done = team.simulate(job.genomes, job.episodes, cancelled=cancelled)
         failed = np.flatnonzero(done.status)
         if len(failed):
             first = int(failed[0])
             raise EvaluationError(f"the episode failed: {done.messages[first]}")
-        judged = [self.team.judge(done, job.genomes, i) for i in range(len(job.episodes))]
-        left = {"objective": np.array(judged)}
-        left |= {name: getattr(done, name) for name in _SIMULATED}
-        return self._results(job, left, ("",) * len(job.episodes), time.perf_counter() - started)
+        left = {name: getattr(done, name) for name in _SIMULATED}
+        if team.robots < self.robots:
+            left["homing_time"] = np.pad(
+                done.homing_time, ((0, 0), (0, self.robots - team.robots)), constant_values=np.nan
+            )
+        return {**left, "objective": np.array([team.judge(done, job.genomes, i) for i in range(len(job.episodes))])}
+
+    def _empty(self, job: Job) -> dict[str, NDArray[Any]]:
+        """Return what episodes leave that have failed."""
+        k = len(job.episodes)
+        shape = {"": (k,), "robots": (k, self.robots), "objectives": (k, len(self.team.objectives))}
+        left = {column.name: np.full(shape[column.axis], column.failed, dtype=column.dtype) for column in COLUMNS}
+        left["objective"][:] = [objective.worst for objective in self.team.objectives]
+        left["world"][:] = [self.worlds.number_of(key.repeat) for key in job.episodes]
+        left["robots"][:] = [self.team_of(key).robots for key in job.episodes]
+        return left
 
     def failed(self, job: Job, reason: str, seconds: float) -> Results:
         """Return the result of a job whose one episode failed."""
-        worst = np.array([objective.worst for objective in self.team.objectives], dtype=np.float64)
-        shape = {"": (1,), "robots": (1, self.team.robots)}
-        left = {
-            column.name: worst[np.newaxis]
-            if column.axis == "objectives"
-            else np.full(shape[column.axis], column.failed, dtype=column.dtype)
-            for column in COLUMNS
-        }
-        return self._results(job, left, (reason,), seconds)
+        return self._results(job, self._empty(job), (reason,), seconds)
 
     def _results(self, job: Job, left: dict[str, NDArray[Any]], faults: tuple[str, ...], seconds: float) -> Results:
         return Results(
@@ -181,7 +228,7 @@ class Setup:
         )
 
 
-_SIMULATED: Final = [column.name for column in COLUMNS if column.axis != "objectives"]
+_SIMULATED: Final = [column.name for column in COLUMNS if column.name not in ("world", "robots", "objective")]
 """What the simulator tells of an episode."""
 
 

@@ -18,7 +18,10 @@ import numpy as np
 
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, EvaluationError
-from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
+from swarmevo.evolution.archive import Archive
+from swarmevo.evolution.budget import Budget
+from swarmevo.evolution.costs import to_costs
+from swarmevo.evolution.evaluation import Evaluation, Evaluator
 from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.plugins.team import never
@@ -38,7 +41,9 @@ class Progress:
     generation: int
     """From 0; it has just been stored."""
     generations: int
-    """In each trial."""
+    """In each trial, at most."""
+    refining: bool
+    """Whether no new individuals are made any more (``evolution.refine``)."""
     trials: int
     episodes: int
     """Stored so far, in all trials."""
@@ -61,8 +66,12 @@ class Journal(Protocol):
         """Return how many generations of a trial are kept."""
         ...
 
-    def episodes_stored(self) -> int:
-        """Return how many episodes are kept, of all trials."""
+    def episodes_stored(self, trial: int | None = None) -> int:
+        """Return how many episodes are kept, of a trial or of all trials."""
+        ...
+
+    def generation(self, trial: int, number: int) -> Generation:
+        """Return a kept generation."""
         ...
 
     def state(self, trial: int) -> Mapping[str, Any] | None:
@@ -150,60 +159,101 @@ class _Run:
         self._evaluator = evaluator
         self._observe = observe
         self._stop = stop
-        self._episodes = journal.episodes_stored()
         evolution = config.evolution
-        self._to_go = sum(max(0, evolution.generations - journal.generations(t)) for t in range(evolution.trials))
-        self._recent: list[float] = []  # seconds of the latest generations
+        self._budget = Budget(evolution)
+        self._episodes = {trial: journal.episodes_stored(trial) for trial in range(evolution.trials)}
+        self._recent: list[tuple[float, float]] = []  # of the latest generations: seconds, share of the trial
         self._had: set[int] = set()  # genomes of the trial, by their ids
+        self._archive: Archive | None = None  # of the trial, where it decides anything
 
     def finish(self, trial: int) -> None:
         """Run what is missing of a trial."""
-        first, last = self._journal.generations(trial), self._config.evolution.generations
-        if first >= last:
+        number = self._journal.generations(trial)
+        if self._budget.is_spent(number, self._episodes[trial]):
             return
         optimiser = CheckedOptimiser(self._config, self._evaluator, trial)
-        optimiser.restore(self._journal.state(trial), first)
-        self._had = set().union(*(self._journal.genome_ids(trial, generation).tolist() for generation in range(first)))
-        for generation in range(first, last):
-            self._step(optimiser, trial, generation)
+        optimiser.restore(self._journal.state(trial), number)
+        self._had = set().union(*(self._journal.genome_ids(trial, one).tolist() for one in range(number)))
+        self._archive = self._archived(trial, number)
+        while not self._budget.is_spent(number, self._episodes[trial]):
+            self._step(optimiser, trial, number)
+            number += 1
+
+    def _archived(self, trial: int, generations: int) -> Archive | None:
+        """Return the archive of a trial's kept generations; None: nothing asks for it."""
+        if not self._config.evolution.resample and not self._config.evolution.refine:
+            return None
+        archive = self._evaluator.archive()
+        for number in range(generations):
+            archive.add(self._journal.generation(trial, number))
+        return archive
 
     def _step(self, optimiser: CheckedOptimiser, trial: int, generation: int) -> None:
         started = perf_counter()
-        genomes = optimiser.ask(generation)
-        evaluation = self._evaluate(genomes, trial, generation)
-        optimiser.tell(generation, genomes, evaluation.costs)
+        before = self._budget.share(generation, self._episodes[trial])
+        refining = self._budget.is_for_refining(generation, self._episodes[trial])
+        asked = optimiser.answer(generation) if refining else optimiser.ask(generation)
+        genomes = np.concatenate([asked, self._again(asked, refining)])
+        evaluation = self._evaluate(genomes, trial, generation, racing=0 if refining else len(asked))
+        if not refining:
+            optimiser.tell(generation, asked, evaluation.costs[: len(asked)])
         evaluated = Generation(genomes, evaluation.episodes)
         self._journal.append(trial, generation, evaluated, optimiser.state(generation))
-        self._recent = [*self._recent, perf_counter() - started][-RECENT_GENERATIONS:]
-        self._episodes += len(evaluation.episodes)
-        self._to_go -= 1
-        self._observe(self._progress(trial, generation, evaluation))
+        if self._archive is not None:
+            self._archive.add(evaluated)
+        self._episodes[trial] += len(evaluation.episodes)
+        gained = self._budget.share(generation + 1, self._episodes[trial]) - before
+        self._recent = [*self._recent, (perf_counter() - started, gained)][-RECENT_GENERATIONS:]
+        self._observe(self._progress(trial, generation, refining, evaluation))
 
-    def _evaluate(self, genomes: FloatArray, trial: int, generation: int) -> Evaluation:
+    def _again(self, asked: FloatArray, refining: bool) -> FloatArray:
+        """Return genomes ``(n, size)`` that are to be evaluated again beside those that the optimiser asked for.
+
+        Not those which it asked for: in one generation they would meet the same noise twice.
+        """
+        evolution = self._config.evolution
+        if self._archive is None or not len(self._archive):
+            return asked[:0]
+        most = max(1, evolution.population - len(asked)) if refining else evolution.resample
+        known = {genome.tobytes() for genome in asked}
+        places = self._archive.least_sampled(most + len(asked), evolution.least_episodes).tolist()
+        fresh = [place for place in places if self._archive.genomes[place].tobytes() not in known]
+        return self._archive.genomes[fresh[:most]]
+
+    def _evaluate(self, genomes: FloatArray, trial: int, generation: int, racing: int) -> Evaluation:
         """Run what is not kept of a generation; return all of it, with the seconds that it took in all sessions."""
         kept = self._journal.in_flight(trial, generation, genomes)
 
         def keep(episodes: Results, seconds: float) -> None:
             self._journal.keep(trial, generation, genomes, replace(episodes, seconds=kept.seconds + seconds))
 
-        evaluation = self._evaluator.evaluate(genomes, trial, generation, self._stop, kept, keep)
+        evaluation = self._evaluator.evaluate(genomes, trial, generation, self._stop, kept, keep, racing)
         episodes = replace(evaluation.episodes, seconds=kept.seconds + evaluation.seconds)
         return replace(evaluation, episodes=episodes)
 
-    def _progress(self, trial: int, generation: int, evaluation: Evaluation) -> Progress:
+    def _progress(self, trial: int, generation: int, refining: bool, evaluation: Evaluation) -> Progress:
         evolution = self._config.evolution
+        seconds, shares = (sum(column) for column in zip(*self._recent, strict=True))
+        done = (
+            self._budget.share(self._done(t, trial, generation), self._episodes[t]) for t in range(evolution.trials)
+        )
         return Progress(
             trial=trial,
             generation=generation,
             generations=evolution.generations,
+            refining=refining,
             trials=evolution.trials,
-            episodes=self._episodes,
-            episodes_per_second=len(evaluation.episodes) / self._recent[-1],
+            episodes=sum(self._episodes.values()),
+            episodes_per_second=len(evaluation.episodes) / self._recent[-1][0],
             best=_best(self._evaluator.objectives, evaluation.costs),
             front_size=int(np.count_nonzero(moocore.is_nondominated(evaluation.costs))),
             new_genomes=self._count_new(trial, generation),
-            eta_seconds=self._to_go * sum(self._recent) / len(self._recent),
+            eta_seconds=(evolution.trials - sum(done)) * seconds / shares,
         )
+
+    def _done(self, trial: int, current: int, generation: int) -> int:
+        """Return how many generations of a trial are kept, while ``generation`` of ``current`` has just been."""
+        return generation + 1 if trial == current else self._journal.generations(trial)
 
     def _count_new(self, trial: int, generation: int) -> int:
         """Return how many genomes of a generation no generation of its trial had before, and remember them."""

@@ -7,15 +7,17 @@ The run folder's tables, its queries, the kept episodes of a generation in work,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.protocols import BoolArray, FloatArray, IntArray
 
+Place: TypeAlias = tuple[int, int]
+"""Of an episode in its generation: individual and repeat, from 0."""
 Axis = Literal["", "objectives", "robots"]
 
 
@@ -24,13 +26,14 @@ class Column:
     """Something that every episode leaves: a number, or one for each objective or robot."""
 
     name: str
-    """As :class:`swarmevo.simulation.Episodes` has it; but for ``objective``, which is judged."""
+    """As :class:`swarmevo.simulation.Episodes` has it; but for ``objective``, which is judged, and ``world``."""
     dtype: type[np.generic]
     axis: Axis
     meaning: str
     """Of a cell, with its unit."""
     failed: float
-    """Of an episode that failed; of objectives their worst instead. NaN: the cell may be empty."""
+    """Of an episode that failed; of objectives their worst, of its world and robots what they are. NaN: the cell may be
+    empty."""
 
     def cells(self, objectives: int, robots: int) -> list[str]:
         """Return the names of an episode's cells in this column."""
@@ -45,9 +48,18 @@ class Column:
 
 
 COLUMNS: Final = (
+    Column("world", np.uint32, "", "number in the configuration's `worlds`, from 0", 0),
+    Column("robots", np.uint32, "", "in the team", 0),
     Column("objective", np.float64, "objectives", "as measured in this episode, in its own direction", 0.0),
     Column("push_time", np.float64, "", "first touch of box and target wall [s]; empty: never", np.nan),
-    Column("homing_time", np.float64, "robots", "robot first within the emitter's range [s]; empty: never", np.nan),
+    Column(
+        "homing_time",
+        np.float64,
+        "robots",
+        "robot first within the emitter's range [s]; empty: never, or no robot",
+        np.nan,
+    ),
+    Column("steps", np.uint32, "", "control steps done", 0),
     Column("ode_messages", np.uint32, "", "warnings of the physics library", 0),
     Column("unsolved_steps", np.uint32, "", "time steps that it could not solve", 0),
     Column("hash", np.uint64, "", "of the trajectory, 64 bits", 0),
@@ -78,7 +90,7 @@ class Results:
         return self.values[column]
 
     def grid(self, column: str) -> NDArray[Any]:
-        """Return a column of all episodes of a generation as ``(individuals, repeats, ...)``."""
+        """Return a column of all episodes of a generation as ``(individuals, repeats, ...)``; all have as many."""
         values = self.values[column]
         return values.reshape(-1, self.repeats, *values.shape[1:])
 
@@ -88,10 +100,20 @@ class Results:
         return int(self.repeat.max(initial=0)) + 1
 
     @property
-    def failures(self) -> dict[tuple[int, int], str]:
+    def failures(self) -> dict[Place, str]:
         """Why episodes failed, by individual and repeat."""
-        places = zip(self.individual.tolist(), self.repeat.tolist(), strict=True)
-        return {place: fault for place, fault in zip(places, self.faults, strict=True) if fault}
+        return {place: fault for place, fault in zip(self._places(), self.faults, strict=True) if fault}
+
+    def places(self) -> set[Place]:
+        """Return which episodes these are."""
+        return set(self._places())
+
+    def are_of(self, places: Collection[Place]) -> BoolArray:
+        """Return ``(k,)``: which are among ``places``."""
+        return np.array([place in places for place in self._places()], dtype=np.bool_)
+
+    def _places(self) -> list[Place]:
+        return list(zip(self.individual.tolist(), self.repeat.tolist(), strict=True))
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
         """Yield individual, repeat and cells of each episode, in the order of :data:`COLUMNS`; None: an empty cell."""

@@ -6,6 +6,7 @@ Everything that lets an individual act goes through :class:`Team`: evolution, te
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -38,9 +39,16 @@ def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Con
     """
 
     def errors(found: Config) -> list[str]:
-        return simulation.scene_errors(found) + option_errors(found)
+        return (simulation.scene_errors(found) or _world_errors(found)) + option_errors(found)
 
     return config.load(source, overrides, errors, settled_options)
+
+
+def _world_errors(settings: Config) -> list[str]:
+    """Return all that is wrong with the worlds that an individual is tried in, one line each."""
+    return config.world_errors(settings) or [
+        f"{where}: {line}" for where, world in config.each_world(settings) for line in simulation.scene_errors(world)
+    ]
 
 
 def never() -> bool:
@@ -74,6 +82,24 @@ class Team:
         self.space: GenomeSpace = individual_space(self._controller.space, settings.team)
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
         self._judged = JudgedController(self._controller, settings.team)
+
+    def in_world(self, settings: Config) -> Team:
+        """Return this team, its plugins the same, in another world.
+
+        Raises:
+            EvaluationError: The controller's genome is another one there.
+            SimulatorError: The library refuses the scene.
+        """
+        other = copy.copy(self)
+        other.config, other._world = settings, config.world(settings)
+        other.scene = simulation.Scene(settings)
+        other.robots = other.scene.info.robots
+        if (space := self._controller.checked_space(other.scene.info)) != self._controller.space:
+            raise EvaluationError(
+                f"{self._controller.title}: space: expected the same genome in all worlds, of "
+                f"{self._controller.space.size} genes, got one of {space.size} with {other.robots} robots"
+            )
+        return other
 
     @property
     def is_native(self) -> bool:

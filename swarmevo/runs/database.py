@@ -24,7 +24,7 @@ from swarmevo.runs.schema import APPLICATION_ID, SCHEMA_VERSION, tables
 DATABASE_FILE: Final = "run.sqlite"
 
 RUN: Final = "SELECT seed, robots, config_sha256, next_config_sha256, sha256 FROM run"
-OBJECTIVES: Final = "SELECT name, direction, low, high FROM objective ORDER BY number"
+OBJECTIVES: Final = "SELECT name, direction, low, high, basis FROM objective ORDER BY number"
 
 _PAGE_SIZE: Final = 16384  # [bytes]: six of the paper's genomes; of the usual 4 KiB one would leave a third empty
 _LONGEST_PATH: Final = 504  # [bytes] that SQLite takes
@@ -53,8 +53,8 @@ def create_database(
         database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
         database.executescript(f"BEGIN; {tables(len(objectives), robots)}")
         database.executemany(
-            "INSERT INTO objective VALUES (?, ?, ?, ?, ?)",
-            [(k, o.name, o.direction, *o.range) for k, o in enumerate(objectives)],
+            "INSERT INTO objective VALUES (?, ?, ?, ?, ?, ?)",
+            [(k, o.name, o.direction, *o.range, o.of) for k, o in enumerate(objectives)],
         )
         insert_session(database, provenance)
         database.execute("INSERT INTO run VALUES (?, ?, ?, NULL, x'')", (seed, robots, config_sha256))

@@ -16,6 +16,7 @@ from swarmevo import plugins
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ExportError, FolderExistsError, Interrupted, StoreError
 from swarmevo.evolution import loop
+from swarmevo.evolution.budget import Budget
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.loop import Progress
 from swarmevo.evolution.optimiser import CheckedOptimiser
@@ -135,9 +136,12 @@ def how_it_was_left(store: Store) -> str:
     """
     if not store.left_by:
         return ""
-    trials, generations = store.config.evolution.trials, store.config.evolution.generations
-    kept = {trial: store.generations(trial) for trial in range(trials)}
-    place = next((f"in trial {trial}, generation {n}" for trial, n in kept.items() if n < generations), "at its end")
+    budget, kept = (
+        Budget(store.config.evolution),
+        {t: store.generations(t) for t in range(store.config.evolution.trials)},
+    )
+    unfinished = (trial for trial, n in kept.items() if not budget.is_spent(n, store.episodes_stored(trial)))
+    place = next((f"in trial {trial}, generation {kept[trial]}" for trial in unfinished), "at its end")
     return (
         f"{store.left_by}, which wrote the run last, ended without a word {place}: it was killed, its machine stopped, "
         "the run was moved, or a plugin ended it (os._exit)"

@@ -97,7 +97,7 @@ def episodes(store: Store) -> Iterator[tuple[Any, ...]]:
 
 def _generation(store: Store, trial: int, number: int) -> Iterator[tuple[Any, ...]]:
     stored, genomes = store.generation(trial, number).episodes, store.genome_ids(trial, number)
-    sessions = store.sessions(trial, number).ravel()
+    sessions = store.sessions(trial, number)
     sizes = len(store.objectives), store.robots
     hexadecimal = [column.dtype is np.uint64 for column in COLUMNS for _ in column.cells(*sizes)]
     for i, (individual, repeat, *cells) in enumerate(stored.rows()):

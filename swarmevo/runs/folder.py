@@ -158,4 +158,6 @@ class RunFolder:
         *run, digest = runs[0]
         if digest != checksums.of_run(run, objectives) or not 1 <= run[1] <= _MOST_ROBOTS:
             raise damaged(self.folder, "what is known of the whole run")
-        return *run, tuple(Objective(name, direction, (low, high)) for name, direction, low, high in objectives)
+        return *run, tuple(
+            Objective(name, direction, (low, high), of=basis) for name, direction, low, high, basis in objectives
+        )

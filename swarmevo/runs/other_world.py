@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import Final
 
 from swarmevo import config, simulation
-from swarmevo.config import WORLD, Config
+from swarmevo.config import WORLD, Config, Worlds
 from swarmevo.errors import ConfigError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.store import Store
+from swarmevo.simulation import EpisodeKey
 
 FIXED: Final = {
     "team.robots": "choose the team's size with --robots, in Python with robots",
@@ -20,8 +21,22 @@ FIXED: Final = {
 """Keys of the world that may not be changed, and why."""
 
 
+def test_world(settings: Config) -> Config:
+    """Return the configuration in which controllers are tested: to the horizon, in the one world of its sections.
+
+    What ``worlds`` and ``vary`` say of evolution is left out.
+    """
+    episode = settings.episode.model_copy(update={"until": "horizon"})
+    return settings.model_copy(update={"worlds": (), "vary": {}, "episode": episode})
+
+
+def of_episode(settings: Config, key: EpisodeKey) -> Config:
+    """Return the configuration of a stored episode: in its world, what varies as it was drawn."""
+    return Worlds(settings).of_episode(*key)
+
+
 def load(store: Store, overrides: Sequence[str]) -> Config:
-    """Return the configuration of a run, with other settings of its world; the run itself is not changed.
+    """Return the configuration for tests (:func:`test_world`) with other settings; the run itself is not changed.
 
     Args:
         store: The run.
@@ -33,9 +48,10 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
     """
     if refused := [line for line in map(_refusal, overrides) if line]:
         raise ConfigError(*refused)
+    settings = test_world(store.config)
     if not overrides:
-        return store.config
-    other = config.changed(store.config, overrides, simulation.scene_errors)
+        return settings
+    other = config.changed(settings, overrides, simulation.scene_errors)
     with Evaluator(store.config, workers=1) as run, Evaluator(other, workers=1) as here:
         if run.space != here.space:
             raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")
@@ -54,8 +70,8 @@ def _refusal(override: str) -> str:
 
 
 def changes(run: Config, other: Config) -> list[str]:
-    """Return what ``other`` has changed of a run's configuration, key by key, in words."""
-    evolved = run.model_dump()
+    """Return what ``other`` has changed of a run's configuration for tests, key by key, in words."""
+    evolved = test_world(run).model_dump()
     return [
         f"{section}.{key} {_shown(value)} (evolved with {_shown(evolved[section][key])})"
         for section in WORLD

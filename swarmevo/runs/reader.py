@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import math
@@ -13,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.errors import StoreError
+from swarmevo.evolution.aggregation import OverWorlds
 from swarmevo.evolution.results import Generation, Results
 from swarmevo.evolution.state import decode_state
-from swarmevo.protocols import FloatArray
+from swarmevo.protocols import FloatArray, IntArray
 from swarmevo.runs import checksums
 from swarmevo.runs.database import damaged
 from swarmevo.runs.folder import RunFolder, readable
@@ -44,16 +46,15 @@ class StoreReader(RunFolder):
 
     @readable
     def sessions(self, trial: int, number: int) -> NDArray[np.int64]:
-        """Return ``(n, r)``: the session that ran each episode of a generation."""
+        """Return ``(k,)``: the session that ran each episode of a generation, by individual and repeat."""
         rows = self._rows(
-            "SELECT session, individual FROM episode WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
+            "SELECT session FROM episode WHERE trial = ? AND generation = ? ORDER BY individual, repeat",
             trial,
             number,
         )
         if not rows:
             raise StoreError(f"{self.folder}: there is no generation {number} of trial {trial}")
-        individuals = len({individual for _, individual in rows})
-        return np.array([session for session, _ in rows], dtype=np.int64).reshape(individuals, -1)
+        return np.array([session for (session,) in rows], dtype=np.int64)
 
     @readable
     def genome_ids(self, trial: int, number: int) -> NDArray[np.int64]:
@@ -97,9 +98,9 @@ class StoreReader(RunFolder):
         ((last,),) = self._rows("SELECT MAX(number) FROM generation WHERE trial = ?", trial)  # without counting them
         return 0 if last is None else int(last) + 1
 
-    def episodes_stored(self) -> int:
-        """Return how many episodes are stored, of all trials."""
-        return self.totals().episodes
+    def episodes_stored(self, trial: int | None = None) -> int:
+        """Return how many episodes are stored, of a trial or of all trials."""
+        return self.totals(trial).episodes
 
     @readable
     def state(self, trial: int) -> dict[str, Any] | None:
@@ -133,7 +134,7 @@ class StoreReader(RunFolder):
             number,
         )
         episodes = self._results([row[2:] for row in rows], seconds[0][0], tuple(row[1] or "" for row in rows))
-        if len(rows) != len(genes) * episodes.repeats:
+        if not np.array_equal(np.unique(episodes.individual), np.arange(len(genes))):
             raise ValueError("episodes are missing")
         return Generation(np.array([self._genes(*row) for row in genes]), episodes)
 
@@ -144,28 +145,38 @@ class StoreReader(RunFolder):
 
     @readable
     def _summary(self, trial: int, number: int) -> Summary:
-        means = ", ".join(f"AVG({column})" for column in self._objective_columns())
+        sums = ", ".join(f"TOTAL({column})" for column in self._objective_columns())
         rows = self._rows(
-            f"SELECT genome, COUNT(*), SUM(ode_messages), SUM(unsolved_steps), {means} FROM individual JOIN episode"
-            " ON episode.trial = individual.trial AND episode.generation = individual.generation"
-            " AND episode.individual = individual.number"
-            " WHERE individual.trial = ? AND individual.generation = ?"
-            " GROUP BY individual.number ORDER BY individual.number",
+            f"SELECT individual, world, COUNT(*), SUM(ode_messages), SUM(unsolved_steps), {sums} FROM episode"
+            " WHERE trial = ? AND generation = ? GROUP BY individual, world ORDER BY individual, world",
             trial,
             number,
         )
         seconds = self._rows("SELECT seconds FROM generation WHERE trial = ? AND number = ?", trial, number)
-        counts = np.array([row[:4] for row in rows], dtype=np.int64)
+        genomes = self.genome_ids(trial, number)
+        counts = np.array([row[:5] for row in rows], dtype=np.int64)
         return Summary(
             trial=trial,
             number=number,
-            genomes=counts[:, 0],
-            objectives=np.array([row[4:] for row in rows], dtype=np.float64),
-            episodes=int(counts[:, 1].sum()),
-            ode_messages=int(counts[:, 2].sum()),
-            unsolved_steps=int(counts[:, 3].sum()),
+            genomes=genomes,
+            sums=self._by_world(counts[:, 0], counts[:, 1], np.array([row[5:] for row in rows]), len(genomes)),
+            counts=self._by_world(counts[:, 0], counts[:, 1], counts[:, 2], len(genomes)),
+            episodes=int(counts[:, 2].sum()),
+            ode_messages=int(counts[:, 3].sum()),
+            unsolved_steps=int(counts[:, 4].sum()),
             seconds=seconds[0][0],
         )
+
+    def _by_world(self, place: IntArray, world: IntArray, values: NDArray[Any], n: int) -> NDArray[Any]:
+        """Return values of some worlds of n individuals as ``(n, worlds, ...)``; 0 elsewhere."""
+        found = np.zeros((n, len(self.over_worlds.worlds), *values.shape[1:]), dtype=values.dtype)
+        found[place, world] = values
+        return found
+
+    @functools.cached_property
+    def over_worlds(self) -> OverWorlds:
+        """What makes one number for each objective of the means in each world."""
+        return OverWorlds(self.config, self.objectives)
 
     @readable
     def individuals(self, trial: int | None = None) -> Individuals:
@@ -173,33 +184,41 @@ class StoreReader(RunFolder):
 
         They come ordered by trial and genome id; a genome met in two trials comes twice.
         """
-        homing, means = self._homing_columns(), ", ".join(f"AVG({column})" for column in self._objective_columns())
+        homing, sums = self._homing_columns(), ", ".join(f"TOTAL({column})" for column in self._objective_columns())
         came = " + ".join(f"COUNT({column})" for column in homing)
         time = " + ".join(f"TOTAL({column})" for column in homing)
         rows = self._rows(
-            "SELECT genome, individual.trial, MIN(individual.generation), MAX(individual.generation), COUNT(*),"
-            f" {came}, COUNT(push_time), {time}, TOTAL(push_time), {means}"
+            "SELECT individual.trial, genome, world, MIN(individual.generation), MAX(individual.generation), COUNT(*),"
+            f" SUM(robots), {came}, COUNT(push_time), {time}, TOTAL(push_time), {sums}"
             " FROM individual JOIN episode"
             " ON episode.trial = individual.trial AND episode.generation = individual.generation"
             " AND episode.individual = individual.number"
             " WHERE ?1 IS NULL OR individual.trial = ?1"
-            " GROUP BY individual.trial, genome ORDER BY individual.trial, genome",
+            " GROUP BY individual.trial, genome, world ORDER BY individual.trial, genome, world",
             trial,
         )
-        counts = np.array([row[:7] for row in rows], dtype=np.int64).reshape(-1, 7).T
-        reals = np.array([row[7:] for row in rows], dtype=np.float64).reshape(-1, 2 + len(self.objectives))
-        genome, trials, first, last, episodes, homings, pushes = counts
+        whole = np.array([row[:9] for row in rows], dtype=np.int64).reshape(-1, 9)
+        reals = np.array([row[9:] for row in rows], dtype=np.float64).reshape(-1, 2 + len(self.objectives))
+        starts = np.flatnonzero(np.any(np.diff(whole[:, :2], axis=0, prepend=-1), axis=1))
+        place = np.cumsum(np.isin(np.arange(len(whole)), starts)) - 1  # of each row's genome
+        robot_episodes, episodes, homings, pushes = (
+            np.add.reduceat(whole[:, column], starts) if len(starts) else np.empty(0, dtype=np.int64)
+            for column in (6, 5, 7, 8)
+        )
+        times = np.zeros((len(starts), 2))
+        np.add.at(times, place, reals[:, :2])
+        means = self._by_world(place, whole[:, 2], reals[:, 2:] / whole[:, 5:6], len(starts))
         return Individuals(
-            genome=genome,
-            trial=trials,
-            first_generation=first,
-            last_generation=last,
+            genome=whole[starts, 1],
+            trial=whole[starts, 0],
+            first_generation=np.minimum.reduceat(whole[:, 3], starts) if len(starts) else whole[:, 3],
+            last_generation=np.maximum.reduceat(whole[:, 4], starts) if len(starts) else whole[:, 4],
             episodes=episodes,
-            objectives=reals[:, 2:],
-            homing_rate=homings / (episodes * self.robots),
-            homing_time=_mean(reals[:, 0], homings),
+            objectives=self.over_worlds(means),
+            homing_rate=homings / robot_episodes,
+            homing_time=_mean(times[:, 0], homings),
             push_rate=pushes / episodes,
-            push_time=_mean(reals[:, 1], pushes),
+            push_time=_mean(times[:, 1], pushes),
         )
 
     @readable
@@ -230,10 +249,13 @@ class StoreReader(RunFolder):
         where = "WHERE ?1 IS NULL OR trial = ?1"
         generations, seconds = self._rows(f"SELECT COUNT(*), TOTAL(seconds) FROM generation {where}", trial)[0]
         individuals, genomes = self._rows(f"SELECT COUNT(*), COUNT(DISTINCT genome) FROM individual {where}", trial)[0]
-        episodes, messages, unsolved, faults = self._rows(
-            f"SELECT COUNT(*), TOTAL(ode_messages), TOTAL(unsolved_steps), COUNT(fault) FROM episode {where}", trial
+        episodes, messages, unsolved, steps, faults = self._rows(
+            "SELECT COUNT(*), TOTAL(ode_messages), TOTAL(unsolved_steps), TOTAL(steps), COUNT(fault)"
+            f" FROM episode {where}",
+            trial,
         )[0]
-        return Totals(generations, individuals, genomes, episodes, int(messages), int(unsolved), seconds, faults)
+        sums = int(messages), int(unsolved), int(steps)
+        return Totals(generations, individuals, genomes, episodes, *sums, seconds, faults)
 
     def _genes(self, id: int, digest: bytes, content: bytes) -> FloatArray:
         if hashlib.sha256(content).digest() != digest:

@@ -20,13 +20,21 @@ class Summary:
     """From 0."""
     genomes: NDArray[np.int64]
     """``(n,)``: id of each individual's genome."""
-    objectives: FloatArray
-    """``(n, m)``: mean over the generation's repeats, each in its own direction."""
+    sums: FloatArray
+    """``(n, worlds, m)``: of the objectives in the generation's episodes, each in its own direction."""
+    counts: NDArray[np.int64]
+    """``(n, worlds)``: episodes behind them."""
     episodes: int
     ode_messages: int
     unsolved_steps: int
     seconds: float
     """That the evaluation took."""
+
+    @property
+    def means(self) -> FloatArray:
+        """``(n, worlds, m)``: of the objectives in each world."""
+        means: FloatArray = self.sums / self.counts[..., np.newaxis]
+        return means
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,7 @@ class Individuals:
     episodes: NDArray[np.int64]
     """``(k,)``: number of episodes behind the means, over all generations and repeats."""
     objectives: FloatArray
-    """``(k, m)``: mean over those episodes, each in its own direction."""
+    """``(k, m)``: mean over those episodes in each world, then over the worlds, each in its own direction."""
     homing_rate: FloatArray
     """``(k,)``: share of robots that came within the emitter's range, over those episodes."""
     homing_time: FloatArray
@@ -67,6 +75,8 @@ class Totals:
     episodes: int
     ode_messages: int
     unsolved_steps: int
+    steps: int
+    """Control steps of all episodes."""
     seconds: float
     """That the evaluations took."""
     faults: int

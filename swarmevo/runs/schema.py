@@ -3,11 +3,13 @@
 
 Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
 
-- ``run``, one row: ``seed``, ``robots``, ``config_sha256``; ``next_config_sha256`` while ``config.yaml`` is replaced;
+- ``run``, one row: ``seed``, ``robots`` of the largest team, ``config_sha256``; ``next_config_sha256`` while
+  ``config.yaml`` is replaced;
   ``sha256`` of all these and of the objectives.
 - ``session``: ``id`` (from 1), ``provenance`` as JSON and its ``sha256``. A new one when the run goes on with anything
   else than before.
-- ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range.
+- ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range, and its ``basis``:
+  the ``episode`` that it is measured in, or the ``genome`` alone.
 - ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``,
   ``sha256`` of this row, its individuals and its episodes.
 - ``genome``: ``id`` (from 1), ``sha256`` of ``genes``, ``genes`` as little-endian float64. Equal genomes are one row.
@@ -37,7 +39,7 @@ from numpy.typing import NDArray
 
 from swarmevo.evolution.results import COLUMNS, Column, Results
 
-SCHEMA_VERSION: Final = 3
+SCHEMA_VERSION: Final = 4
 """Of the tables, their text included; a folder written with another one is refused."""
 APPLICATION_ID: Final = 0x53574556
 """``SWEV``: tells a run from any other SQLite file."""
@@ -73,7 +75,8 @@ CREATE TABLE objective (
     name TEXT NOT NULL UNIQUE,
     direction TEXT NOT NULL CHECK (direction IN ('maximise', 'minimise')),
     low REAL NOT NULL,
-    high REAL NOT NULL
+    high REAL NOT NULL,
+    basis TEXT NOT NULL CHECK (basis IN ('episode', 'genome'))
 ) STRICT;
 CREATE TABLE generation (
     trial INTEGER NOT NULL,

@@ -22,7 +22,7 @@ import numpy as np
 from swarmevo.config import WORLD, Config
 from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Results
-from swarmevo.runs import checksums
+from swarmevo.runs import checksums, other_world
 from swarmevo.runs.database import explained, insert_session, schema_of
 from swarmevo.runs.files import WatchedFile
 from swarmevo.runs.lock import WriterLock
@@ -72,7 +72,7 @@ class _Run(NamedTuple):
 
 def world_of(run: Config, settings: Config) -> str:
     """Return what tells a world from all others that a run's controllers may meet: what it changes, as JSON."""
-    evolved, here = run.model_dump(mode="json"), settings.model_dump(mode="json")
+    evolved, here = other_world.test_world(run).model_dump(mode="json"), settings.model_dump(mode="json")
     changes = {
         f"{section}.{key}": value
         for section in WORLD

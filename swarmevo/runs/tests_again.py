@@ -117,4 +117,6 @@ def _differences(
 
 
 def _world(store: Store, place: Place) -> Config:
-    return configuration.changed(store.config, configuration.as_overrides(json.loads(place.world)))
+    return configuration.changed(
+        other_world.test_world(store.config), configuration.as_overrides(json.loads(place.world))
+    )

@@ -129,7 +129,8 @@ def _simulated_anew(
             stored = store.generation(trial, number)
             wanted = np.isin(stored.episodes.individual, individuals)
             known = stored.episodes.only(~wanted)
-            again = evaluator.evaluate(stored.genomes, trial, number, stop, known).episodes
+            counts = np.bincount(stored.episodes.individual)
+            again = evaluator.evaluate(stored.genomes, trial, number, stop, known, episodes=counts).episodes
             differences += _compare(store, (trial, number), stored.episodes, again, wanted)
             done, episodes = done + len(individuals), episodes + int(wanted.sum())
             observe(done, len(chosen))
@@ -180,7 +181,7 @@ def _by_generation(places: Sequence[Place]) -> dict[tuple[int, int], list[int]]:
 def _compare(
     store: Store, place: tuple[int, int], stored: Results, again: Results, wanted: BoolArray
 ) -> Iterator[Difference]:
-    genomes, sessions = store.genome_ids(*place), store.sessions(*place).ravel()
+    genomes, sessions = store.genome_ids(*place), store.sessions(*place)
     for i in np.flatnonzero(wanted).tolist():
         if what := tuple(differing(store.objectives, stored, i, again, i)):
             individual, repeat = int(stored.individual[i]), int(stored.repeat[i])

@@ -286,7 +286,7 @@ WRONG = {
     "optimizer: pde": "optimizer: unknown key; did you mean optimiser?",
     "population: 30": "population: unknown key; did you mean evolution.population?",
     "7: 8": "7: unknown key; the configuration has arena, box, emitter, robot, team, sensors, noise, physics, episode, "
-    "controller, fitness, optimiser, evolution",
+    "worlds, vary, controller, fitness, optimiser, evolution",
     "box: {mass: 240 g}": "box.mass: expected a number from 0.001 to 1000 [kg], got '240 g'; "
     "write the number alone, in kg",
     'box: {mass: "0.24"}': "box.mass: expected a number from 0.001 to 1000 [kg], got '0.24'; write it without quotes",
@@ -359,7 +359,7 @@ def test_all_errors_come_at_once(errors: Any) -> None:
 
 def test_every_key_has_a_docstring_and_a_description_of_what_belongs_there() -> None:
     sections = {name: section for name, section in Config() if isinstance(section, config.Section)}
-    assert set(Config.model_fields) - set(sections) == {"controller", "fitness", "optimiser"}
+    assert set(Config.model_fields) - set(sections) == {"worlds", "vary", "controller", "fitness", "optimiser"}
     for name, section in sections.items():
         for key, field in type(section).model_fields.items():
             assert field.description, f"{name}.{key}"

@@ -165,7 +165,7 @@ def test_a_cluster_gives_the_bits_of_one_machine(tmp_path: Path, steady: Cluster
     assert content(tmp_path / "run") == local
     assert said == [f"scheduler {steady.address}: 2 workers, 2 threads"]
     with Store.open(tmp_path / "run") as store:
-        origin = store.session(int(store.sessions(0, 0)[0, 0]))
+        origin = store.session(int(store.sessions(0, 0)[0]))
         assert origin["worker_cpus"] == [origin["cpu"]]
 
 

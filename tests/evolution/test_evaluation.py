@@ -14,11 +14,14 @@ import pytest
 
 import toy_plugins
 from forks import in_a_fork
+from grids import results
 from swarmevo import plugins, returned, simulation
 from swarmevo.config import WORLD, Config
 from swarmevo.errors import EvaluationError, Interrupted
 from swarmevo.evolution import evaluation, threads
-from swarmevo.evolution.evaluation import Evaluation, Evaluator, to_costs
+from swarmevo.evolution.aggregation import OverWorlds
+from swarmevo.evolution.costs import to_costs
+from swarmevo.evolution.evaluation import Evaluation, Evaluator
 from swarmevo.evolution.jobs import Job, run_job
 from swarmevo.evolution.results import Results, joined
 from swarmevo.plugins.checked import check_together
@@ -172,9 +175,23 @@ def test_what_is_known_is_not_run_again_and_changes_nothing(controller: str, kno
 
 def test_a_mean_has_the_same_bits_for_any_number_of_individuals() -> None:
     values = np.random.default_rng(0).standard_normal((5, 300, 1))
-    means = evaluation.mean_over_repeats(values)
-    assert means[:, 0].tolist() == [reduce(add, one) / 300 for one in values[:, :, 0].tolist()]
-    assert all(evaluation.mean_over_repeats(values[i : i + 1]) == means[i] for i in range(5))
+    nothing = np.full((5, 300), np.nan)
+
+    def means(chosen: slice) -> FloatArray:
+        part = values[chosen]
+        shape = part.shape[:2]
+        episodes = results(
+            objective=part,
+            push_time=nothing[chosen],
+            homing_time=nothing[chosen, :, np.newaxis],
+            ode_messages=np.zeros(shape),
+            unsolved_steps=np.zeros(shape),
+            hash=np.zeros(shape),
+        )
+        return OverWorlds(Config(), [Objective("one", "maximise", (-9.0, 9.0))]).judge(episodes, len(part))
+
+    assert means(slice(5))[:, 0].tolist() == [reduce(add, one) / 300 for one in values[:, :, 0].tolist()]
+    assert all(means(slice(i, i + 1)) == means(slice(5))[i] for i in range(5))
 
 
 def test_a_fitness_cannot_change_what_the_next_one_sees(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -216,7 +233,7 @@ def test_the_terms_of_a_fitness_come_from_the_world_too(monkeypatch: pytest.Monk
     config = toy_plugins.config()
     team = Team(config)
     episodes = team.simulate(genomes_for(config, 1), [simulation.EpisodeKey(1, 0, 0, 0)])
-    assert team.terms(episodes.telemetry)[1]["horizon"][0, 0] == 1.0
+    assert team.terms(episodes, 0)[1]["horizon"][0] == 1.0
 
 
 def test_a_backend_that_is_closed_has_nothing_running(monkeypatch: pytest.MonkeyPatch) -> None:

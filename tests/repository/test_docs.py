@@ -16,6 +16,7 @@ import pytest
 from conftest import Distribution
 from swarmevo import cli, config, plugins
 from swarmevo.config import Config
+from swarmevo.plugins.team import load_config
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -158,7 +159,7 @@ def listed_keys() -> set[str]:
 
 
 def test_the_page_of_keys_has_them_all() -> None:
-    sections = {name: getattr(Config(), name) for name in Config.model_fields if name not in plugins.GROUPS}
+    sections = {name: section for name, section in Config() if isinstance(section, config.Section)}
     assert {f"{name}.{key}" for name, section in sections.items() for key in type(section).model_fields} < listed_keys()
 
 
@@ -187,10 +188,13 @@ def test_values_are_accepted(page: Path) -> None:
 
 
 def test_the_example_of_a_configuration_is_accepted(tmp_path: Path) -> None:
-    (example,) = blocks(CONFIGURATION, "yaml")
+    first, *others = blocks(CONFIGURATION, "yaml")
     file = tmp_path / "my.yaml"
-    file.write_text(example)
-    assert config.load(file, (), plugins.option_errors).team.robots == 3
+    for example in (first, *others):
+        file.write_text(example)
+        assert load_config(file) != config.Config()
+    file.write_text(first)
+    assert load_config(file).team.robots == 3
 
 
 # ---- commands --------------------------------------------------------------------------------------------------------

@@ -80,7 +80,7 @@ def test_what_is_no_other_world_is_refused(run: Path, override: str, message: st
 
 def test_every_section_of_the_world_may_be_changed() -> None:
     assert set(config.Config.model_fields) - set(config.WORLD) == {
-        *("controller", "fitness", "optimiser", "evolution"),
+        *("worlds", "vary", "controller", "fitness", "optimiser", "evolution"),
     }
     for key in other_world.FIXED:
         section, name = key.split(".")

@@ -401,10 +401,10 @@ def test_a_tiny_file_system_ends_the_run_with_one_line_and_loses_nothing(tmp_pat
 def test_a_run_of_an_older_schema_is_told_so_and_left_alone(tmp_path: Path) -> None:
     folder = start(tmp_path / "run")
     with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
-        database.execute("PRAGMA user_version = 2")
+        database.execute("PRAGMA user_version = 3")
     before = (folder / DATABASE_FILE).read_bytes()
     for readonly in (True, False):
-        with pytest.raises(StoreError, match="expected schema version 3, got 2; use an older swarmevo for this run"):
+        with pytest.raises(StoreError, match="expected schema version 4, got 3; use an older swarmevo for this run"):
             Store.open(folder, readonly=readonly)
     assert (folder / DATABASE_FILE).read_bytes() == before
 

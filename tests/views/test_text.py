@@ -67,7 +67,7 @@ def test_rates_of_tests_are_those_of_the_papers_table() -> None:
 
 @pytest.mark.parametrize("faults", [0, 1])
 def test_a_runs_cost(faults: int) -> None:
-    totals = Totals(4, 16, 8, 32, ode_messages=1, unsolved_steps=0, seconds=2.0, faults=faults)
+    totals = Totals(4, 16, 8, 32, ode_messages=1, unsolved_steps=0, steps=40_000, seconds=2.0, faults=faults)
     cost = Cost(**asdict(totals), simulated_seconds=4000.0)
     assert said(text.speed(cost)) == "2'000 times real time"
     assert text.physics(cost) == "1 warning of ODE, 0 unsolved steps" + ", 1 failed episode" * faults

@@ -113,7 +113,7 @@ def evolution(run: Run, trial: int | None = None) -> Picture:
         chosen = _best_trial(store) if trial is None else trial
         with matplotlib.rc_context({"grid.color": f"{style.INK}20"}):  # in 3-D, the grid's alpha is not asked for
             axes: Any = picture.add_subplot(projection="3d")
-        clouds = [(s.number, _plane(s.objectives)) for s in store.summaries(chosen)]
+        clouds = [(s.number, _plane(store.over_worlds(s.means))) for s in store.summaries(chosen)]
         generations = np.repeat([number for number, _ in clouds], [len(points) for _, points in clouds])
         points = np.concatenate([points for _, points in clouds])
         best = np.concatenate([_is_front(store.objectives, points) for _, points in clouds])

@@ -65,14 +65,12 @@ def choose(store: Store, genome: int | None = None, generation: int | None = Non
         raise ReplayError(
             f"{store.folder}: individual {genome} was not evaluated in generation {number}, but in {last}"
         )
-    hashes = stored.episodes.grid("hash")
-    repeats = hashes.shape[1]
-    if not 0 <= repeat < repeats:
-        raise ReplayError(f"{store.folder}: expected a repeat from 0 to {repeats - 1}, got {repeat}")
-    key = EpisodeKey(store.seed, trial, number, repeat)
-    at = (places[0], repeat)
-    fault = stored.episodes.faults[int(places[0]) * repeats + repeat]
-    return Chosen(genome, stored.genomes[places[0]], key, int(hashes[at]), int(sessions[at]), fault)
+    its_own = np.flatnonzero(stored.episodes.individual == places[0])
+    if not 0 <= repeat < len(its_own):
+        raise ReplayError(f"{store.folder}: expected a repeat from 0 to {len(its_own) - 1}, got {repeat}")
+    key, i = EpisodeKey(store.seed, trial, number, repeat), its_own[repeat]
+    hash, fault = int(stored.episodes["hash"][i]), stored.episodes.faults[i]
+    return Chosen(genome, stored.genomes[places[0]], key, hash, int(sessions[i]), fault)
 
 
 def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
@@ -107,7 +105,7 @@ def replay(store: Store, chosen: Chosen, force: bool = False) -> tuple[Recording
             f"individual {chosen.genome}, repeat {chosen.key.repeat}: nothing to show, the stored episode failed: "
             f"{chosen.fault}; choose another one with --repeat or --generation"
         )
-    recording = record(store.config, chosen.genes, [chosen.key], threads=1)
+    recording = record(other_world.of_episode(store.config, chosen.key), chosen.genes, [chosen.key], threads=1)
     found = int(recording.episodes.hash[0])
     if found == chosen.hash:
         return recording, ""
@@ -146,8 +144,9 @@ def episodes(
     place = f"seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
     elsewhere = f"another world than the stored episode's: {', '.join(changes)}; its trajectory is not compared"
     shown, warning = [], ""
-    for size in robots or [settings.team.robots]:
-        if size == settings.team.robots and not changes:
+    own_size = other_world.of_episode(store.config, key).team.robots
+    for size in robots or [settings.team.robots if changes else own_size]:
+        if size == own_size and not changes:
             recording, said = replay(store, chosen, force)
         else:
             recording = record(*other_world.team_of(settings, chosen.genes, size), [key], threads=1)

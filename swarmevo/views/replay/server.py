@@ -139,9 +139,11 @@ def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = (
     def episode(number: int) -> Events:
         with Store.open(folder) as store:
             chosen = replay_episode.choose(store, genome)
+            key = chosen.key._replace(repeat=number)
             settings = other_world.load(store, overrides)
             changes = other_world.changes(store.config, settings)
-        key = chosen.key._replace(repeat=number)
+            if not changes:
+                settings = other_world.of_episode(store.config, key)
         place = f"live: seed {key.seed}, trial {key.trial}, generation {key.generation}, repeat {key.repeat}"
         place = ", ".join([place, *changes])
         title = f"{folder.resolve().name}, individual {chosen.genome}"

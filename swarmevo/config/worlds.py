@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The worlds that an individual is tried in: ``worlds``, which differ for good, and ``vary``, anew in each episode.
+
+>>> from swarmevo.config import load
+>>> worlds = Worlds(load("paper", ["worlds=[{team.robots: 3}, {team.robots: 5, weight: 2}]"]))
+>>> [(world.config.team.robots, world.weight) for world in worlds]
+[(3, 1.0), (5, 2.0)]
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from swarmevo.config import reading
+from swarmevo.config.messages import did_you_mean, shown
+from swarmevo.config.models import WORLD, Config, Section
+from swarmevo.config.overrides import as_overrides
+from swarmevo.errors import ConfigError
+
+DRAWS: Final = ("uniform", "normal", "choice")
+"""How a key of ``vary`` is drawn."""
+FIXED: Final = {
+    "team.genomes": "a genome is of one kind of team",
+    "episode.control_period": "a controller has one control period",
+}
+"""Keys of the world that cannot differ within an evaluation, and why."""
+NORMAL_ENDS: Final = 3.0
+"""A normal variate is cut off so many standard deviations from the mean."""
+WORLD_STREAM: Final = 0x30F1D
+"""Sets the random numbers of ``vary`` apart from all others."""
+
+
+@dataclass(frozen=True)
+class World:
+    """One of the worlds that an individual is tried in."""
+
+    config: Config
+    """Without ``worlds`` and ``vary``."""
+    weight: float
+    """In the mean over the worlds; below 0 the opposite is wanted."""
+
+
+class Worlds(Sequence[World]):
+    """The worlds of a configuration, from 0; one if it names none.
+
+    Raises:
+        ConfigError: A world is refused.
+    """
+
+    def __init__(self, config: Config) -> None:
+        self.vary = config.vary
+        alone = config.model_copy(update={"worlds": (), "vary": {}})
+        self._worlds = [
+            World(_with(alone, _settings(entry)), float(entry.get("weight", 1.0))) for entry in config.worlds or ({},)
+        ]
+
+    def __getitem__(self, i: Any) -> Any:
+        """Return a world, or some."""
+        return self._worlds[i]
+
+    def __len__(self) -> int:
+        return len(self._worlds)
+
+    def number_of(self, repeat: int) -> int:
+        """Return which world an episode is in. An individual's episodes go round the worlds."""
+        return repeat % len(self._worlds)
+
+    def of_episode(self, seed: int, trial: int, generation: int, repeat: int) -> Config:
+        """Return the world of an episode, what varies drawn from the episode's own stream."""
+        config: Config = self._worlds[self.number_of(repeat)].config
+        if not self.vary:
+            return config
+        stream = np.random.default_rng([seed, trial, generation, repeat, WORLD_STREAM])
+        return _updated(config, {key: _draw(draw, _value(config, key), stream) for key, draw in self.vary.items()})
+
+
+def world_errors(config: Config) -> list[str]:
+    """Return all that is wrong with ``worlds`` and ``vary``, one line each."""
+    errors: list[str] = []
+    for i, entry in enumerate(config.worlds):
+        errors += [f"worlds[{i}].{line}" for line in _entry_errors(config, entry)]
+    for key, draw in config.vary.items():
+        errors += [f"vary.{line}" for line in _key_errors(config, key) or _draw_errors(config, key, draw)]
+    return errors
+
+
+def each_world(config: Config) -> Iterator[tuple[str, Config]]:
+    """Yield every world in which a run's episodes may be, with where it is from; of what varies only the ends."""
+    for i, world in enumerate(Worlds(config)):
+        where = f"worlds[{i}]" if config.worlds else ""
+        if where:
+            yield where, world.config
+        for key, draw in config.vary.items():
+            ((kind, given),) = draw.items()
+            for extreme in _extremes(kind, given):
+                value = _plain(extreme, _value(world.config, key))
+                yield f"{where and where + ', '}vary.{key} at {shown(value)}", _updated(world.config, {key: value})
+
+
+# ---- worlds ----------------------------------------------------------------------------------------------------------
+
+
+def _settings(entry: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in entry.items() if key != "weight"}
+
+
+def _with(config: Config, settings: Mapping[str, Any]) -> Config:
+    return reading.changed(config, as_overrides(settings)) if settings else config
+
+
+def _entry_errors(config: Config, entry: Mapping[str, Any]) -> list[str]:
+    settings, weight = _settings(entry), entry.get("weight", 1.0)
+    errors = [line for key in settings for line in _key_errors(config, key)]
+    errors += [f"{key}: expected it here or in vary, got both" for key in settings if key in config.vary]
+    if type(weight) not in (int, float) or not 0 < abs(weight) <= 1e6:
+        errors.append(f"weight: expected a number other than 0, from -1e6 to 1e6, got {shown(weight)}")
+    return errors or _value_errors(config, settings)
+
+
+def _key_errors(config: Config, key: str) -> list[str]:
+    """Return what is wrong with a key of the world that is to differ."""
+    known = [f"{one}.{each}" for one in WORLD for each in type(getattr(config, one)).model_fields]
+    if key not in known:
+        hint = did_you_mean(key, known) or f"; it is section.key, of the sections {', '.join(WORLD)}"
+        return [f"{key}: expected a key of the world{hint}"]
+    if reason := FIXED.get(key):
+        return [f"{key}: expected another key; {reason}"]
+    if key == "team.robots" and config.team.has_own_genomes:
+        return [f"{key}: expected another key; each robot has a genome of its own (team.genomes: individual)"]
+    return []
+
+
+def _value_errors(config: Config, settings: Mapping[str, Any]) -> list[str]:
+    try:
+        _with(config.model_copy(update={"worlds": (), "vary": {}}), settings)
+    except ConfigError as error:
+        return list(error.errors)
+    return []
+
+
+# ---- vary ------------------------------------------------------------------------------------------------------------
+
+
+def _draw_errors(config: Config, key: str, draw: Mapping[str, Any]) -> list[str]:
+    """Return what is wrong with how a key is drawn."""
+    kinds = ", ".join(f"{{{kind}: [...]}}" for kind in DRAWS)
+    if len(draw) != 1 or not draw.keys() <= set(DRAWS):
+        return [f"{key}: expected one of {kinds}, got {shown(dict(draw))}"]
+    ((kind, given),) = draw.items()
+    if not isinstance(given, list) or (len(given) != 2 if kind != "choice" else not given):
+        wanted = {"uniform": "[low, high]", "normal": "[mean, standard deviation]", "choice": "a list of values"}[kind]
+        return [f"{key}.{kind}: expected {wanted}, got {shown(given)}"]
+    value = _value(config, key)
+    if kind != "choice" and not (_is_number(value) or isinstance(value, tuple)):
+        return [f"{key}.{kind}: expected a key with numbers; draw it by choice"]
+    if kind != "choice" and any(np.shape(end) != np.shape(value) or not _is_numeric(end) for end in given):
+        size = "a number" if _is_number(value) else f"a list of {len(value)} numbers"
+        return [f"{key}.{kind}: expected {size} for each of the two, got {shown(given)}"]
+    if kind == "uniform" and np.any(np.asarray(given[0]) > np.asarray(given[1])):
+        return [f"{key}.{kind}: expected the low end first, got {shown(given)}"]
+    if kind == "normal" and np.any(np.asarray(given[1]) < 0):
+        return [f"{key}.{kind}: expected a standard deviation of at least 0, got {shown(given[1])}"]
+    extremes = [_plain(extreme, value) for extreme in _extremes(kind, given)]
+    lines = itertools.chain.from_iterable(_value_errors(config, {key: extreme}) for extreme in extremes)
+    return [f"{line} (drawn by {kind})" for line in dict.fromkeys(lines)]
+
+
+def _extremes(kind: str, given: list[Any]) -> list[Any]:
+    if kind == "choice":
+        return given
+    if kind == "uniform":
+        return given
+    mean, spread = np.asarray(given[0], dtype=np.float64), NORMAL_ENDS * np.asarray(given[1], dtype=np.float64)
+    return [mean - spread, mean + spread]
+
+
+def _draw(draw: Mapping[str, Any], value: Any, stream: np.random.Generator) -> Any:
+    """Return a value for a key that has ``value`` else."""
+    ((kind, given),) = draw.items()
+    if kind == "choice":
+        return _plain(given[int(stream.integers(len(given)))], value)
+    low, high = (np.asarray(end, dtype=np.float64) for end in given)
+    if kind == "normal":
+        drawn = low + high * np.clip(stream.standard_normal(low.shape), -NORMAL_ENDS, NORMAL_ENDS)
+    elif type(value) is int:
+        drawn = np.asarray(stream.integers(int(low), int(high), endpoint=True), dtype=np.float64)
+    else:
+        drawn = low + (high - low) * stream.random(low.shape)
+    return _plain(drawn, value)
+
+
+def _plain(drawn: Any, value: Any) -> Any:
+    """Return what was drawn as the type that ``value`` has."""
+    if isinstance(value, tuple):
+        return tuple(np.asarray(drawn, dtype=np.float64).tolist())
+    if type(value) is int:
+        return math.floor(float(drawn) + 0.5)
+    return float(drawn) if type(value) is float else drawn
+
+
+def _value(config: Config, key: str) -> Any:
+    section, _, name = key.partition(".")
+    return getattr(getattr(config, section), name)
+
+
+def _updated(config: Config, values: Mapping[str, Any]) -> Config:
+    """Return a configuration with other values, which are in their range."""
+    sections: dict[str, Section] = {}
+    for key, value in values.items():
+        section, _, name = key.partition(".")
+        sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: value})
+    return config.model_copy(update=sections)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _is_numeric(value: Any) -> bool:
+    try:
+        return bool(np.isfinite(np.asarray(value, dtype=np.float64)).all())
+    except (TypeError, ValueError):
+        return False
