@@ -3,6 +3,7 @@
 #   make dev       install the checkout itself: Python changes act at once, C++ changes after the next make dev
 #   make evolve    a small evolution, to a printed Pareto front and a report to open in a browser
 #   make test      all tests, native ones included
+#   make test-lowest  some tests with the lower bounds of all that swarmevo needs
 #   make lint      formatting, types, the direction of imports, declared dependencies
 #   make fix       format Python and C++, and mend what ruff can
 #   make sanitize  the native tests under address and undefined-behaviour sanitizers, those of threads under the thread one
@@ -13,7 +14,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: dev evolve test test-native test-python lint fix sanitize fuzz fuzz-native validation docs clean FORCE
+.PHONY: dev evolve test test-native test-python test-lowest lint fix sanitize fuzz fuzz-native validation docs clean FORCE
 
 PYTHON ?= python3
 VENV := .venv
@@ -58,6 +59,12 @@ test-native: build/system-test
 
 test-python: $(call needs,test)
 	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. .
+
+# Every verb, the configuration, the interface in Python; old libraries warn of what is new since.
+LOWEST_TESTS := cli/test_evolve.py cli/test_paths.py config api views/test_figures.py
+
+test-lowest: build/lowest/installed
+	cd tests && ../build/lowest/bin/python -m pytest -c ../pyproject.toml --rootdir .. -o filterwarnings= --disable-warnings $(LOWEST_TESTS)
 
 lint: $(call needs,lint) build/system-lint
 	$(BIN)/ruff format --check .
@@ -140,6 +147,11 @@ $(BIN)/python: | build/system
 
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
 	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" ./$(RIVALS)
+	touch $@
+
+build/lowest/installed: $(SOURCES) constraints-lowest.txt | build/system
+	$(PYTHON) -m venv build/lowest
+	build/lowest/bin/pip install -q -c constraints-lowest.txt ".[pandas,dask]" pytest hypothesis
 	touch $@
 
 # The stamps of the other installations go: there is one swarmevo in .venv.

@@ -8,6 +8,7 @@ import tomllib
 from pathlib import Path
 
 from packaging.requirements import Requirement
+from packaging.version import Version
 
 ROOT = Path(__file__).parents[2]
 MAKEFILE, CI = (ROOT / "Makefile").read_text(), (ROOT / ".ci" / "run").read_text()
@@ -38,7 +39,7 @@ def test_ci_runs_sanitizers_and_a_short_fuzz() -> None:
 
 def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() -> None:
     """Case 42: and no pin is below a declared bound."""
-    pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
+    pins = pinned("constraints.txt")
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
     rivals = tomllib.loads((ROOT / "plugins/swarmevo_rivals/pyproject.toml").read_text())["project"]["dependencies"]
