@@ -47,9 +47,28 @@ def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() ->
     declared_by_all = project["dependencies"] + extras["test"] + extras["lint"] + extras["docs"] + rivals
     for declared in map(Requirement, declared_by_all):
         assert pins[declared.name.lower()] in declared.specifier, declared
-    installs = re.findall(r"pip install -q (?!\"\$\$)(.*)$", MAKEFILE, re.MULTILINE)  # but for ruff, of its own pin
+    installs = re.findall(
+        r"\$\(BIN\)/pip install -q (?!\"\$\$)(.*)$", MAKEFILE, re.MULTILINE
+    )  # but for ruff, of its own pin
     assert len(installs) == 2
     assert all("-c constraints.txt" in install and "$(RIVALS)" in install for install in installs)
+
+
+def pinned(file: str) -> dict[str, str]:
+    return dict(line.split("==") for line in (ROOT / file).read_text().splitlines() if "==" in line)
+
+
+def test_ci_runs_tests_with_the_lower_bounds_of_all_that_is_declared() -> None:
+    """Case 42: with those of before, no command started."""
+    assert "test-lowest" in made_by_ci()
+    pins = pinned("constraints-lowest.txt")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    tools = [one for one in extras["test"] if Requirement(one).name in ("pytest", "hypothesis")]
+    for declared in map(Requirement, project["dependencies"] + extras["pandas"] + extras["dask"] + tools):
+        (bound,) = declared.specifier
+        assert bound.operator == ">="
+        assert Version(pins[declared.name.lower()]) == Version(bound.version), declared
 
 
 def test_the_notice_names_what_the_library_is_made_of() -> None:
