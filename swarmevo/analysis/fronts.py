@@ -62,7 +62,9 @@ class Step:
     hypervolume: float
     front_size: int
     new_genomes: int
-    """In this generation, which no generation of its trial had before. 0: the search stood still."""
+    """In this generation, which no generation of its trial had before. 0: the search stood still, or it refined."""
+    refining: bool
+    """Whether the generation was for evaluating again what is there (``evolution.refine``)."""
     best: dict[str, float]
     """The best mean of each objective, on the front."""
 
@@ -161,6 +163,7 @@ def history(store: Store, trial: int) -> list[Step]:
     settled = np.empty((0, len(store.objectives)))  # the front of the others' means
     unsure = [(settled, np.empty(0, dtype=np.intp))]  # means and episodes of those with too few, while all have
     seen: set[int] = set()
+    budget, spent = Budget(store.config.evolution), 0
     steps = []
     for summary in summaries:
         before = len(seen)
@@ -178,7 +181,9 @@ def history(store: Store, trial: int) -> list[Step]:
             all_means, all_episodes = (np.concatenate(part) for part in zip(*unsure, (means, episodes), strict=True))
             points = _front_of(store.objectives, all_means[all_episodes == all_episodes.max()])
             unsure.append((means[over], episodes[over]))
-        steps.append(_step(store.objectives, summary.number, points, len(seen) - before))
+        refining = budget.is_for_refining(summary.number, spent)
+        spent += summary.episodes
+        steps.append(_step(store.objectives, summary.number, points, len(seen) - before, refining))
         settled = _front_of(store.objectives, settled, means[over & known])
         for genome in [genome for genome in totals if last[genome] == summary.number]:
             del totals[genome], counts[genome]
@@ -191,12 +196,15 @@ def _are_known(episodes: IntArray, least: int) -> BoolArray:
     return known
 
 
-def _step(objectives: Sequence[Objective], generation: int, points: FloatArray, new_genomes: int) -> Step:
+def _step(
+    objectives: Sequence[Objective], generation: int, points: FloatArray, new_genomes: int, refining: bool
+) -> Step:
     return Step(
         generation=generation,
         hypervolume=hypervolume(objectives, points),
         front_size=len(points),
         new_genomes=new_genomes,
+        refining=refining,
         best={o.name: _best(o, points[:, k]) for k, o in enumerate(objectives)},
     )
 

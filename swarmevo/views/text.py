@@ -64,6 +64,12 @@ def percent(share: float) -> str:
     return f"{share:.0%}"
 
 
+def percent_within(share: float, interval: tuple[float, float]) -> str:
+    """Return a share in [0, 1] as whole percents, with the interval that it is known within: ``73% (58-84)``."""
+    low, high = interval
+    return f"{percent(share)} ({100 * low:.0f}-{100 * high:.0f})"
+
+
 def grouped(value: float) -> str:
     """Return a whole number with gaps between thousands."""
     return f"{value:,.0f}".replace(",", _THOUSANDS)

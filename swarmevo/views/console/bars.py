@@ -61,7 +61,7 @@ def _standstill_warning(say: Callable[[str], object]) -> Callable[[Progress], No
 
     def observe(now: Progress) -> None:
         nonlocal standing
-        if now.new_genomes:
+        if now.new_genomes or now.refining:
             standing = None
         elif standing != now.trial:
             standing = now.trial
@@ -122,9 +122,13 @@ def _line(now: Progress) -> str:
     objective, best = next(iter(now.best.items()))
     return printable(
         f"trial {now.trial}/{now.trials - 1}, generation {now.generation}/{now.generations - 1}: "
-        f"best {objective} {text.number(best)}, front {now.front_size}, {now.new_genomes} new, "
+        f"best {objective} {text.number(best)}, front {now.front_size}, {_new(now)}, "
         f"{text.throughput(now.episodes_per_second, 'episodes')}, {text.clock(now.eta_seconds)} left"
     )
+
+
+def _new(now: Progress) -> str:
+    return "refining" if now.refining else f"{now.new_genomes} new"
 
 
 def _short_line(now: Progress) -> str:
@@ -132,6 +136,6 @@ def _short_line(now: Progress) -> str:
     objective, best = next(iter(now.best.items()))
     return printable(
         f"trial {now.trial}/{now.trials - 1} gen {now.generation}/{now.generations - 1}  "
-        f"{objective} {text.number(best)}  front {now.front_size}  {now.new_genomes} new  "
+        f"{objective} {text.number(best)}  front {now.front_size}  {_new(now)}  "
         f"{text.throughput(now.episodes_per_second, 'ep')}  ETA {text.clock(now.eta_seconds)}"
     )

@@ -57,8 +57,8 @@ def _show_front(out: Console, title: str, objectives: Sequence[Objective], front
         table.add_row(
             *map(text.number, point.objectives.values()),
             str(point.episodes),
-            text.percent(point.homing_rate),
-            text.percent(point.push_rate),
+            text.percent_within(point.homing_rate, point.homing_interval),
+            text.percent_within(point.push_rate, point.push_interval),
             "-" if point.push_time is None else f"{point.push_time:.1f}",
             f"{point.first_generation}-{point.last_generation}",
             str(point.trial),
@@ -75,7 +75,7 @@ def _show_history(out: Console, trial: int, history: Sequence[Step], planned: in
         f"{len(values)} of {planned} generations, "
         f"{_least_and_most([step.new_genomes for step in history])} new genomes each"
     )
-    if still := [step.generation for step in history if step.new_genomes == 0]:
+    if still := [step.generation for step in history if not step.new_genomes and not step.refining]:
         generations = text.plain(text.count(len(still), "generation"))
         out.print(f"  warning: trial {trial}: in {generations}, first in {still[0]}, {text.STANDSTILL}")
 
