@@ -142,6 +142,8 @@ def _range(field: Mapping[str, Any]) -> str:
     """Return in words what a JSON schema allows."""
     if "anyOf" in field:
         return " or ".join(_range(choice) for choice in field["anyOf"])
+    if field.get("type") == "string" and "enum" not in field and "const" not in field:
+        return "64 hexadecimal digits" if "pattern" in field else "text"
     if "enum" in field:
         return ", ".join(f"`{choice}`" for choice in field["enum"])
     if field["type"] == "array":

@@ -24,8 +24,8 @@ from swarmevo.analysis.table_ii import Assessment, Condition, Outcome, Tested, V
 from swarmevo.config import Config
 from swarmevo.errors import StoreError
 from swarmevo.evolution.results import Results
-from swarmevo.plugins.team import never
-from swarmevo.protocols import Objective
+from swarmevo.plugins.team import Team, never
+from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
 from swarmevo.runs.tests import GENERATION, StoredTests, world_of
@@ -84,6 +84,41 @@ def assess(
     settings = other_world.load(store, overrides)
     bench = Bench(store.config, tests, _candidates(store, genome), workers, observe, stop)
     return assess_bench(bench, store.config, settings, store.objectives, sizes, repeats, robustness, until)
+
+
+def assess_genomes(
+    settings: Config,
+    genomes: FloatArray,
+    sizes: Sequence[int] = TEAM_SIZES,
+    repeats: int = REPEATS,
+    robustness: bool = False,
+    workers: int = 0,
+    observe: Observe = lambda done, total: None,
+    stop: Callable[[], bool] = never,
+    until: Until | None = None,
+) -> Assessment:
+    """Test controllers that are of no run, as those of trial 0; nothing is stored.
+
+    Args:
+        settings: Their world, controller and fitness, with a seed. What it has beside of ``worlds`` is left out.
+        genomes: ``(k, size)``; each is known by its number, from 0.
+        sizes: As of :func:`assess`, and so are those that follow.
+        repeats: See there.
+        robustness: See there.
+        workers: See there.
+        observe: See there.
+        stop: See there.
+        until: See there.
+
+    Raises:
+        ConfigError, EvaluationError, Interrupted, SimulatorError: As :func:`assess`.
+    """
+    settings = other_world.test_world(settings)
+    objectives = Team(settings).objectives
+    with StoredTests.forgotten(len(objectives)) as tests:
+        candidates = [Candidate(0, i, genes, {}) for i, genes in enumerate(genomes)]
+        bench = Bench(settings, tests, candidates, workers, observe, stop)
+        return assess_bench(bench, settings, settings, objectives, sizes, repeats, robustness, until)
 
 
 def assess_bench(

@@ -43,6 +43,12 @@ def evolve(
     plugin: Annotated[str | None, typer.Option(metavar="NAME", help="The optimiser.")] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Random seed; drawn and printed if omitted.")] = None,
     trials: Annotated[int | None, typer.Option(metavar="N", help="Independent evolutions.")] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|RUN[:ID]", help="Genomes to begin from: JSON, CSV, or another run.", show_default=False
+        ),
+    ] = None,
     workers: Workers = "auto",
     settings: Annotated[
         list[str] | None,
@@ -64,6 +70,7 @@ def evolve(
     if out is not None and os.path.lexists(out):
         exit_with(USAGE, f"--out {out}: exists already and is never overwritten; choose another name")
     given = {"optimiser": plugin and json.dumps(plugin), "evolution.seed": seed, "evolution.trials": trials}
+    given |= {"evolution.start": start and json.dumps(start)}
     overrides = [f"{key}={value}" for key, value in given.items() if value is not None] + (settings or [])
     chosen = seeded(load_config(config, overrides))
     if dry_run:
@@ -110,6 +117,7 @@ def _forecast(config: Config, workers: int) -> None:
     loop.rehearse(config)
     with Evaluator(config, workers) as evaluator:
         driver.check_names(evaluator)
+        driver.resolved_start(config, evaluator)
         console.show_forecast(fronts.forecast(config, evaluator, workers))
 
 

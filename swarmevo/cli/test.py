@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypedDict
 
 import typer
 
@@ -33,8 +33,17 @@ if TYPE_CHECKING:
 def assess(
     context: typer.Context,
     run: Annotated[
-        str, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its fronts.")
-    ],
+        str | None,
+        typer.Argument(
+            metavar="RUN[:ID]",
+            help="A run folder, and an individual; default: those of its fronts. With --genome: a configuration.",
+            show_default=False,
+        ),
+    ] = None,
+    genome: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|RUN[:ID]", help="Controllers of no run: JSON, CSV, or of another run."),
+    ] = None,
     robots: Annotated[str, typer.Option(metavar="N|N-M", help="Team sizes: rows of the table.")] = "1-5",
     repeats: Annotated[
         int | None,
@@ -53,31 +62,72 @@ def assess(
 ) -> None:
     """Test the fronts' controllers on fresh seeds, in teams of several sizes: the paper's Table II. Tests add up."""
     from swarmevo.analysis import assessment, sequential
+
+    wanted = _until(until, rate)
+    if wanted is None:
+        without_effect(context, "without --until", "rate")
+    tests = _Wanted(
+        sizes=team_sizes(robots),
+        repeats=repeats or (sequential.MOST if wanted else assessment.REPEATS),
+        robustness=robustness,
+        workers=worker_count(workers),
+        until=wanted,
+    )
+    if genome is not None:
+        found, whose, fate = _of_no_run(run, genome, settings or [], tests)
+    elif run is not None:
+        found, whose, fate = _of_run(run, settings or [], tests)
+    else:
+        exit_with(USAGE, "test: expected a run folder, or --genome FILE; got neither")
+    try:
+        _show(found, whose, as_json)
+    finally:  # said even where nobody reads what is printed
+        say(fate)
+
+
+class _Wanted(TypedDict):
+    """What shall be tested."""
+
+    sizes: list[int]
+    repeats: int
+    robustness: bool
+    workers: int
+    until: Until | None
+
+
+def _of_run(run: str, settings: list[str], wanted: _Wanted) -> tuple[Assessment, str, str]:
+    """Test controllers of a run; return what was found, whose it is, and what became of it, in words."""
+    from swarmevo.analysis import assessment
     from swarmevo.runs.store import Store
     from swarmevo.runs.tests import StoredTests
     from swarmevo.views import console
 
-    sizes, count = team_sizes(robots), worker_count(workers)
-    wanted = _until(until, rate)
-    if wanted is None:
-        without_effect(context, "without --until", "rate")
-    most = repeats or (sequential.MOST if wanted else assessment.REPEATS)
-    folder, genome = run_and_individual(run)
+    folder, individual = run_and_individual(run)
     with Store.open(folder) as store, StoredTests.open(store, readonly=False) as tests:
         if tests.rerun:
             say(f"warning: {tests.file}: {tests.rerun} tests were damaged, and are run again")
         with interruptible(_kept(tests)) as stop, console.tests() as observe:
             found = assessment.assess(
-                store, sizes, most, robustness, count, observe, stop, settings or [], wanted, genome, tests
+                store, **wanted, observe=observe, stop=stop, overrides=settings, genome=individual, tests=tests
             )
-        fate = _fate(tests)
-    whose = (
-        f"Individual {genome}" if genome is not None else f"{len(found.controllers)} controllers of all trials' fronts"
-    )
-    try:
-        _show(found, whose, as_json)
-    finally:  # said even where nobody reads what is printed
-        say(fate)
+        everybody = f"{len(found.controllers)} controllers of all trials' fronts"
+        return found, everybody if individual is None else f"Individual {individual}", _fate(tests)
+
+
+def _of_no_run(config: str | None, source: str, settings: list[str], wanted: _Wanted) -> tuple[Assessment, str, str]:
+    """Test controllers from outside; return as :func:`_of_run`."""
+    from swarmevo.analysis import assessment
+    from swarmevo.config import seeded
+    from swarmevo.plugins.team import Team, load_config
+    from swarmevo.runs.genomes import read_genomes
+    from swarmevo.views import console
+
+    chosen = seeded(load_config(config, settings))
+    genomes = read_genomes(source, Team(chosen).space)
+    with interruptible("nothing was stored") as stop, console.tests() as observe:
+        found = assessment.assess_genomes(chosen, genomes, **wanted, observe=observe, stop=stop)
+    whose = f"{len(genomes)} controller{'s' * (len(genomes) != 1)} of {source}"
+    return found, whose, f"not stored, being of no run; seed {chosen.evolution.seed}"
 
 
 def _show(found: Assessment, whose: str, as_json: bool) -> None:

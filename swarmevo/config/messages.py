@@ -111,6 +111,9 @@ def _describe(annotation: Any, bounds: Iterable[Any], plural: bool = False) -> s
         return many + _count(annotation, bounds) + _describe(kind, limits if same else (), plural=True)
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return f"a section ({', '.join(annotation.model_fields)})"
+    if annotation in (str, str | None):
+        patterns = [pattern for bound in bounds if (pattern := getattr(bound, "pattern", None))]
+        return f"text that matches {patterns[0]}" if patterns else "text"
     number = "number" if annotation is float else "whole number"
     low = [f" from {_bound(bound.ge)}" for bound in bounds if isinstance(bound, Ge)]
     high = [f" to {_bound(bound.le)}" for bound in bounds if isinstance(bound, Le)]

@@ -315,6 +315,11 @@ class Evolution(Section):
     """Budget of a trial beside `generations`: it ends with the generation in which it is reached."""
     seed: int | None = Field(default=None, ge=0, le=2**63 - 1)
     """Of everything random in the run; drawn, printed and stored if not given."""
+    start: str | None = Field(default=None, min_length=1, max_length=4096)
+    """Genomes to begin from: a JSON or CSV file, another run for its front, or one individual of it, `RUN:ID`. They are
+    stored with the run, which does not need them again (docs/testing.md)."""
+    start_sha256: str | None = Field(default=None, pattern="^[0-9a-f]{64}$")
+    """Of these genomes: found when the run begins. Given, they are refused if they are others."""
     on_fault: Literal["fail", "worst"] = "fail"
     """When an episode fails: end the run, or give it the worst objectives, record why, and go on."""
     episode_timeout: float | None = Field(default=None, ge=0.01, le=1e6)

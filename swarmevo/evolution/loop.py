@@ -66,6 +66,10 @@ class Journal(Protocol):
         """Return how many generations of a trial are kept."""
         ...
 
+    def start(self) -> FloatArray | None:
+        """Return the genomes ``(k, size)`` that the optimisers begin from; None: they begin on their own."""
+        ...
+
     def episodes_stored(self, trial: int | None = None) -> int:
         """Return how many episodes are kept, of a trial or of all trials."""
         ...
@@ -172,6 +176,8 @@ class _Run:
         if self._budget.is_spent(number, self._episodes[trial]):
             return
         optimiser = CheckedOptimiser(self._config, self._evaluator, trial)
+        if number == 0 and (start := self._journal.start()) is not None:
+            optimiser.start_from(start)
         optimiser.restore(self._journal.state(trial), number)
         self._had = set().union(*(self._journal.genome_ids(trial, one).tolist() for one in range(number)))
         self._archive = self._archived(trial, number)

@@ -23,7 +23,8 @@ from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins import PluginEntry
 from swarmevo.plugins.team import never
-from swarmevo.runs import export
+from swarmevo.protocols import FloatArray
+from swarmevo.runs import export, genomes
 from swarmevo.runs.provenance import changed_files, plugin_files, provenance
 from swarmevo.runs.store import Store
 
@@ -52,17 +53,45 @@ def begin(
         raise Interrupted
     with Evaluator(config, workers=1) as evaluator:
         check_names(evaluator)
-        CheckedOptimiser(config, evaluator, trial=0)  # refuses what cannot be made
+        config, start = resolved_start(config, evaluator)
         text, origin = configuration.dump(config), origin_of(config, evaluator)
         for chosen in _default_folders(name, config) if folder is None else [Path(folder)]:
             try:
-                Store.create(chosen, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed).close()
+                Store.create(
+                    chosen, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed, start
+                ).close()
             except FolderExistsError:
                 if folder is not None:
                     raise
             else:
                 break
     return chosen
+
+
+def resolved_start(config: Config, evaluator: Evaluator) -> tuple[Config, FloatArray | None]:
+    """Read the genomes that a new run begins from, and make its optimiser once, which refuses what it cannot take.
+
+    Returns:
+        The configuration with their SHA-256, and the genomes ``(k, size)``; None: the optimiser begins on its own.
+
+    Raises:
+        ConfigError: They cannot be read, or are not those that ``evolution.start_sha256`` names.
+        PluginError: The optimiser cannot be made, or cannot begin from them.
+    """
+    optimiser, evolution = CheckedOptimiser(config, evaluator, trial=0), config.evolution
+    if evolution.start is None:
+        if evolution.start_sha256 is not None:
+            raise ConfigError("evolution.start_sha256: expected evolution.start as well, which tells where they are")
+        return config, None
+    start = genomes.read_genomes(evolution.start, evaluator.space)
+    digest = genomes.digest_of(start)
+    if evolution.start_sha256 not in (None, digest):
+        raise ConfigError(
+            f"evolution.start: expected genomes with the SHA-256 {evolution.start_sha256}, got {evolution.start} with "
+            f"{digest}; give evolution.start_sha256=null to begin from these"
+        )
+    optimiser.start_from(start)
+    return config.model_copy(update={"evolution": evolution.model_copy(update={"start_sha256": digest})}), start
 
 
 def _default_folders(name: str, config: Config) -> Iterable[Path]:

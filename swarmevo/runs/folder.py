@@ -11,15 +11,18 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Concatenate, Final, ParamSpec, TypeVar
 
+import numpy as np
+
 from swarmevo.config import Config, load
 from swarmevo.errors import StoreError
-from swarmevo.protocols import Objective
+from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import checksums, integrity
 from swarmevo.runs.database import ADVICE, DATABASE_FILE, OBJECTIVES, RUN, damaged, explained
 from swarmevo.runs.schema import episode_columns, in_flight_columns
 
 CONFIG_FILE: Final = "config.yaml"
 PROVENANCE_FILE: Final = "provenance.json"
+START_FILE: Final = "start.json"
 
 _MOST_ROBOTS: Final = 64  # as in swarmevo.h; more are not in a sound file
 _LARGEST: Final = 2**63 - 1  # that SQLite has
@@ -122,6 +125,30 @@ class RunFolder:
             same = False
         if not same:
             yield PROVENANCE_FILE
+
+    def start(self) -> FloatArray | None:
+        """Return the genomes ``(k, size)`` that the optimisers begin from; None: they begin on their own.
+
+        Raises:
+            StoreError: They are not those that the run was begun with.
+        """
+        if self.config.evolution.start_sha256 is None:
+            return None
+        for what in self.damaged_start():
+            raise StoreError(f"{self.folder / what}: is damaged; restore it from a copy")
+        return self._start()
+
+    def _start(self) -> FloatArray:
+        return np.array(json.loads((self.folder / START_FILE).read_bytes())["genomes"], dtype=np.float64)
+
+    def damaged_start(self) -> list[str]:
+        """Return the name of the file with these genomes, if they are not those that the run was begun with."""
+        digest = self.config.evolution.start_sha256
+        try:
+            same = digest is None or checksums.of_genes(self._start()).hex() == digest
+        except (OSError, ValueError, TypeError, LookupError, RecursionError):
+            same = False
+        return [] if same else [START_FILE]
 
     @contextlib.contextmanager
     def _snapshot(self) -> Iterator[None]:

@@ -7,6 +7,7 @@ A run folder holds
 - ``provenance.json``: what made the run: versions, machine, git revision;
 - ``run.sqlite``: every individual of every generation, each of its episodes, and the optimisers' state; its tables are
   described in ``schema.py``;
+- ``start.json``, only of a run that began from given genomes: these;
 - ``run.lock``, while somebody writes: held by the operating system, so it opens with the end of its process. The file
   that stays tells that this did not close the run.
 """
@@ -40,7 +41,7 @@ from swarmevo.runs.database import (
     seal_run,
 )
 from swarmevo.runs.files import WatchedFile
-from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE
+from swarmevo.runs.folder import CONFIG_FILE, PROVENANCE_FILE, START_FILE
 from swarmevo.runs.lock import WriterLock, left_by
 from swarmevo.runs.provenance import lasting
 from swarmevo.runs.reader import StoreReader
@@ -74,6 +75,7 @@ class Store(StoreReader):
         objectives: Sequence[Objective],
         robots: int,
         seed: int,
+        start: FloatArray | None = None,
     ) -> Self:
         """Make a run folder and open it for writing.
 
@@ -84,6 +86,7 @@ class Store(StoreReader):
             objectives: In the order of the objectives' axis.
             robots: In the team.
             seed: Of everything random in the run.
+            start: Genomes ``(k, size)`` that the optimisers begin from; the configuration has their SHA-256.
 
         Raises:
             FolderExistsError: The folder exists.
@@ -100,6 +103,8 @@ class Store(StoreReader):
             try:
                 files.write(folder / CONFIG_FILE, config_yaml)
                 files.write(folder / PROVENANCE_FILE, json.dumps(provenance, indent=2) + "\n")
+                if start is not None:
+                    files.write(folder / START_FILE, json.dumps({"genomes": start.tolist()}) + "\n")
                 digest = checksums.sha256(config_yaml.encode())
                 create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
                 return cls.open(folder, readonly=False)

@@ -106,7 +106,7 @@ def _differences(
     repeats = int(stored.repeat.max()) + 1
     evolution = settings.evolution.model_copy(update={"repeats": repeats})
     settings = settings.model_copy(update={"evolution": evolution})
-    genes = other_world.first_robots(settings, store.genome(genome)[np.newaxis], store.robots)
+    genes = other_world.first_robots(settings, store.genome(genome)[np.newaxis], store.config.team.robots)
     known = stored.only(~np.isin(stored.repeat, wanted))
     with Evaluator(settings, workers) as evaluator:
         again = evaluator.evaluate(genes, place.trial, GENERATION, stop, known if len(known) else None).episodes

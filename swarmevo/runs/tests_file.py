@@ -32,7 +32,7 @@ from swarmevo.runs.database import check_tables, open_database, schema_of
 
 TESTS_FILE: Final = "tests.sqlite"
 LOCK_FILE: Final = "tests.lock"
-TESTS_VERSION: Final = 1
+TESTS_VERSION: Final = 2
 """Of the tables; a file with another one is refused."""
 TESTS_APPLICATION: Final = 0x53574554
 """``SWET``: tells tests from any other SQLite file."""

@@ -101,7 +101,7 @@ def verify(
         Interrupted: ``stop`` said so.
         StoreError: The run cannot be read, or its plugins now measure something else.
     """
-    damage = tuple(store.damage())
+    damage = tuple(store.damage() or store.damaged_start())
     if damage:  # what is not known of the run cannot be known of its tests
         return Report(0, 0, 0, (), (), damage)
     with StoredTests.open(store, check=False) as tests:

@@ -190,7 +190,7 @@ def test_tests_of_another_run_are_refused(run: Path, tmp_path: Path, swarmevo_: 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ("PRAGMA user_version = 2", "expected version 1, got 2; use a newer swarmevo"),
+        ("PRAGMA user_version = 3", "expected version 2, got 3; use a newer swarmevo"),
         ("PRAGMA application_id = 1", "expected tests of swarmevo, got another SQLite file"),
         ("CREATE VIEW more AS SELECT 1", "expected the tables of tests and nothing else, but its view 'more'"),
         ("UPDATE session SET provenance = '{}'", "the provenance of session 1 is not as it was stored"),
@@ -270,3 +270,25 @@ def test_an_individual_of_the_run(run: Path, swarmevo_: Swarmevo) -> None:
     assert [one["genome"] for one in json.loads(done.out)["controllers"]] == [2]
     done = swarmevo_("test", f"{run}:999", *SMALLEST)
     assert (done.code, done.errors) == (1, [f"{run}: there is no genome 999"])
+
+
+# ---- controllers of no run -------------------------------------------------------------------------------------------
+
+
+def test_a_controller_from_a_file(run: Path, tmp_path: Path, swarmevo_: Swarmevo) -> None:
+    """An exported one does in its run's world what it does there, to the last digit."""
+    assert swarmevo_("export", run, "--controller", 2, "--out", "two.json").code == 0
+    world = ("--set", "episode.horizon=2", "evolution.seed=5")
+    done = swarmevo_("test", "--genome", "two.json", "quick", "--json", *SMALLEST, *world)
+    assert (done.code, done.err) == (0, "not stored, being of no run; seed 5\n")
+    (alone,) = json.loads(done.out)["controllers"]
+    (in_run,) = json.loads(swarmevo_("test", f"{run}:2", "--json", *SMALLEST).out)["controllers"]
+    assert (alone["tested"], alone["outcomes"]) == (in_run["tested"], in_run["outcomes"])
+    assert swarmevo_("test", "--genome", run, *SMALLEST, *world).out.startswith("2 controllers of ")
+
+
+def test_neither_run_nor_genome(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("test")
+    assert (done.code, done.errors) == (2, ["test: expected a run folder, or --genome FILE; got neither"])
+    done = swarmevo_("test", "--genome", "none.json")
+    assert (done.code, done.errors) == (2, ["none.json: expected a file of genomes or a run, but there is none"])

@@ -364,7 +364,7 @@ def test_every_key_has_a_docstring_and_a_description_of_what_belongs_there() -> 
         for key, field in type(section).model_fields.items():
             assert field.description, f"{name}.{key}"
             expected = config_messages.expected_at((name, key))
-            assert re.search(" from .* to |one of|list", expected), f"{name}.{key}"
+            assert re.search(" from .* to |one of|list|text", expected), f"{name}.{key}"
 
 
 def test_every_number_has_a_range() -> None:
