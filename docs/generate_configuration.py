@@ -24,9 +24,9 @@ HEAD = """\
 # Configuration
 
 A run is decided by one YAML file and `--set` overrides. What neither names has the default below; the only home of
-defaults is [`swarmevo/config/models.py`](../swarmevo/config/models.py). Three files come with swarmevo and are called
+defaults is [`swarmevo/config/models.py`](../swarmevo/config/models.py). Four files come with swarmevo and are called
 by their bare names: [`quick`](../configs/quick.yaml), the default of `swarmevo evolve`,
-[`paper`](../configs/paper.yaml) and [`shaped`](../configs/shaped.yaml).
+[`paper`](../configs/paper.yaml), [`shaped`](../configs/shaped.yaml) and [`best`](../configs/best.yaml).
 
 ```yaml
 team:

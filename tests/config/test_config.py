@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from swarmevo import config
 from swarmevo.config import Config
 from swarmevo.config import messages as config_messages
+from swarmevo.config.worlds import Worlds
 from swarmevo.errors import ConfigError
 from swarmevo.plugins.team import Team, load_config
 
@@ -258,7 +259,7 @@ def test_an_override_in_a_section_without_keys(load: Any) -> None:
 
 def test_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(
-        ConfigError, match=r"nowhere\.yaml: no such file; packaged configurations: paper, quick, shaped"
+        ConfigError, match=r"nowhere\.yaml: no such file; packaged configurations: best, paper, quick, shaped"
     ):
         config.load(tmp_path / "nowhere.yaml")
     with pytest.raises(ConfigError, match=r"^quik: no such file; did you mean quick\?$"):
@@ -503,6 +504,14 @@ def test_shaped_has_three_objectives_and_no_short_cut() -> None:
     assert len(Team(shaped).objectives) == 3
     assert shaped.team.start == "random"
     assert shaped.episode.until == "push"
+
+
+def test_best_is_tried_by_three_four_and_five_robots_with_the_papers_noise() -> None:
+    best, paper = config.load("best"), config.load("paper")
+    assert {world.config.team.robots for world in Worlds(best)} == {3, 4, 5}
+    assert {world.config.episode.until for world in Worlds(best)} == {"push"}
+    assert best.noise == paper.noise
+    assert best.controller == {"feedforward": {"hidden": 1}}
 
 
 def test_quick_is_the_papers_world() -> None:
