@@ -3,19 +3,21 @@
 
     import swarmevo as se
 
+    se.best().replay().save("best.html")             # the controller that comes with it: robots that push the box
+
     run = se.evolve("paper", seed=1, out="runs/paper", set={"evolution.generations": 50})
     run = se.resume("runs/paper")                    # after an interruption, to the same bits
     run = se.open("runs/paper")                      # to look at, while it is being written too
 
     front = run.front()                              # non-dominated individuals; front.rows, front.frame()
-    best = front.best("box_pushing")
-    best.objectives, best.genes, best.trial, best.generation
+    one = front.best("box_pushing")
+    one.objectives, one.genes, one.trial, one.generation
 
-    best.replay().save("best.html")                  # its stored episode once more, checked bit by bit
-    best.replay(seed=7)                              # another one; shows itself in a notebook
-    episodes = best.simulate(episodes=1000, robots=3, set={"noise.infrared": 0.1})
+    one.replay().save("one.html")                    # its stored episode once more, checked bit by bit
+    one.replay(seed=7)                               # another one; shows itself in a notebook
+    episodes = one.simulate(episodes=1000, robots=3, set={"noise.infrared": 0.1})
     episodes.telemetry.pose, episodes.push_time      # NumPy arrays
-    best.test(episodes=300)                          # rates with confidence intervals
+    one.test(episodes=300)                           # rates with confidence intervals
 
     with se.Lockstep("paper", worlds=64, seed=1) as world:
         observations = world.observe()               # (worlds, robots, 13)
@@ -35,7 +37,20 @@ from typing import TYPE_CHECKING, Any
 from swarmevo._version import __version__
 
 if TYPE_CHECKING:
-    from swarmevo.api import Episodes, Front, Individual, Rates, Replay, Run, evolve, load_config, open, resume
+    from swarmevo.api import (
+        Controller,
+        Episodes,
+        Front,
+        Individual,
+        Rates,
+        Replay,
+        Run,
+        best,
+        evolve,
+        load_config,
+        open,
+        resume,
+    )
     from swarmevo.config import Config
     from swarmevo.errors import (
         ConfigError,
@@ -52,7 +67,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "swarmevo.api": (
-        "Episodes", "Front", "Individual", "Rates", "Replay", "Run", "evolve", "load_config", "open", "resume",
+        "Controller", "Episodes", "Front", "Individual", "Rates", "Replay", "Run", "best", "evolve", "load_config",
+        "open", "resume",
     ),
     "swarmevo.config": ("Config",),
     "swarmevo.errors": (
@@ -66,6 +82,7 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 __all__ = [
     "Config",
     "ConfigError",
+    "Controller",
     "Episodes",
     "EvaluationError",
     "Front",
@@ -82,6 +99,7 @@ __all__ = [
     "StoreError",
     "SwarmevoError",
     "__version__",
+    "best",
     "evolve",
     "load_config",
     "open",

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any, Final, overload
 
 from swarmevo import config as configuration
+from swarmevo import simulation
+from swarmevo.analysis import shipped
 from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.analysis.recording import Recording, record, simulate
 from swarmevo.analysis.statistics import wilson
@@ -94,23 +96,13 @@ class Front(Sequence["Individual"]):
         return notebook.table(f"Front of {self._run}", self.rows)
 
 
-class Individual:
-    """A genome of a run, and what its stored episodes say of it."""
+class Controller:
+    """A controller to simulate, test and replay: :func:`swarmevo.best` is one."""
 
-    def __init__(self, folder: Path, config: Config, point: FrontPoint, genes: FloatArray) -> None:
-        self._folder, self._config, self._point = folder, config, point
-        self.id = point.genome
+    def __init__(self, config: Config, genes: FloatArray, title: str, trial: int = 0) -> None:
+        self._config, self._title = config, title
         self.genes = genes
-        self.objectives = dict(point.objectives)
-        self.trial = point.trial
-        self.generation = point.last_generation
-        """In which it was last evaluated."""
-
-    @property
-    def row(self) -> dict[str, Any]:
-        """What is known of it, by name."""
-        known = dataclasses.asdict(self._point)
-        return {**known.pop("objectives"), **known}
+        self.trial = trial
 
     def simulate(
         self,
@@ -170,28 +162,20 @@ class Individual:
         """Return an episode to look at, in a notebook or as a page of its own.
 
         Args:
-            seed: Of a new episode. None: the last stored one, which is simulated once more and compared bit by bit.
-            robots: As in :meth:`simulate`; not the stored episode then.
-            set: As in :meth:`simulate`; not the stored episode then.
+            seed: Of the episode; None is the configuration's.
+            robots: As in :meth:`simulate`.
+            set: As in :meth:`simulate`.
 
         Raises:
             ConfigError, EvaluationError, SimulatorError: As :meth:`simulate`.
-            ReplayError: The trajectory is not the stored one.
         """
-        title = f"{self._folder.resolve().name}, individual {self.id}"
-        if seed is None:
-            with Store.open(self._folder) as store:
-                chosen = replay_episode.choose(store, self.id, self.generation)
-                sizes = [] if robots is None else [robots]
-                shown, _ = replay_episode.episodes(store, chosen, sizes, overrides=_overrides(set))
-            return Replay(title, shown)
         config, genes = self._world(robots, set)
-        recording = record(config, genes, self._keys(1, seed), threads=1)
-        return Replay(title, [replay_data.data(recording, title, f"seed {seed}")])
+        (key,) = self._keys(1, seed)
+        recording = record(config, genes, [key], threads=1)
+        return Replay(self._title, [replay_data.data(recording, self._title, f"seed {key.seed}")])
 
     def _world(self, robots: int | None, set: Mapping[str, Any] | None) -> tuple[Config, FloatArray]:
-        with Store.open(self._folder) as store:
-            config = other_world.load(store, _overrides(set))
+        config = configuration.changed(self._config, _overrides(set), simulation.scene_errors)
         return other_world.team_of(config, self.genes, config.team.robots if robots is None else robots)
 
     def _keys(self, episodes: int, seed: int | None) -> list[EpisodeKey]:
@@ -202,6 +186,54 @@ class Individual:
         if not 1 <= episodes <= _MOST_EPISODES:
             raise InvalidArgument(f"episodes: expected 1 to {_MOST_EPISODES}, got {episodes}")
         return [EpisodeKey(chosen, self.trial, GENERATION, repeat) for repeat in range(episodes)]
+
+    def __repr__(self) -> str:
+        return f"<Controller: {self._title}>"
+
+
+class Individual(Controller):
+    """A genome of a run, and what its stored episodes say of it."""
+
+    def __init__(self, folder: Path, config: Config, point: FrontPoint, genes: FloatArray) -> None:
+        super().__init__(config, genes, f"{folder.resolve().name}, individual {point.genome}", point.trial)
+        self._folder, self._point = folder, point
+        self.id = point.genome
+        self.objectives = dict(point.objectives)
+        self.generation = point.last_generation
+        """In which it was last evaluated."""
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """What is known of it, by name."""
+        known = dataclasses.asdict(self._point)
+        return {**known.pop("objectives"), **known}
+
+    def replay(
+        self, *, seed: int | None = None, robots: int | None = None, set: Mapping[str, Any] | None = None
+    ) -> Replay:
+        """Return an episode to look at, in a notebook or as a page of its own.
+
+        Args:
+            seed: Of a new episode. None: the last stored one, which is simulated once more and compared bit by bit.
+            robots: As in :meth:`simulate`; not the stored episode then.
+            set: As in :meth:`simulate`; not the stored episode then.
+
+        Raises:
+            ConfigError, EvaluationError, SimulatorError: As :meth:`simulate`.
+            ReplayError: The trajectory is not the stored one.
+        """
+        if seed is not None:
+            return super().replay(seed=seed, robots=robots, set=set)
+        with Store.open(self._folder) as store:
+            chosen = replay_episode.choose(store, self.id, self.generation)
+            sizes = [] if robots is None else [robots]
+            shown, _ = replay_episode.episodes(store, chosen, sizes, overrides=_overrides(set))
+        return Replay(self._title, shown)
+
+    def _world(self, robots: int | None, set: Mapping[str, Any] | None) -> tuple[Config, FloatArray]:
+        with Store.open(self._folder) as store:
+            config = other_world.load(store, _overrides(set))
+        return other_world.team_of(config, self.genes, config.team.robots if robots is None else robots)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {value:.4g}" for name, value in self.objectives.items())
@@ -294,6 +326,11 @@ class Replay:
 
     def _repr_html_(self) -> str:
         return notebook.frame(self.html)
+
+
+def best() -> Controller:
+    """Return the controller that comes with swarmevo, in the paper's world."""
+    return Controller(*shipped.best(), shipped.TITLE)
 
 
 def _overrides(set: Mapping[str, Any] | None) -> list[str]:

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,7 +28,10 @@ _SIDE_BY_SIDE = 8  # replays in a page
 @app.command()
 def replay(
     context: typer.Context,
-    run: Annotated[str, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its best.")],
+    run: Annotated[
+        str | None, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its best.")
+    ] = None,
+    best: Annotated[bool, typer.Option("--best", help="The controller that comes with swarmevo, of no run.")] = False,
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
     video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page on this machine.")] = False,
@@ -48,7 +51,8 @@ def replay(
     port: Annotated[int, typer.Option(metavar="N", help="Port to serve on; 0: any.", min=0, max=65535)] = 8000,
     force: Annotated[bool, typer.Option("--force", help="Show a trajectory that differs from the stored one.")] = False,
 ) -> None:
-    """Simulate an individual's stored episode once more and show it in 3-D."""
+    """Simulate an individual's stored episode once more, or the shipped controller, and show it in 3-D."""
+    from swarmevo.analysis import shipped
     from swarmevo.runs import other_world
     from swarmevo.runs.store import Store
     from swarmevo.views.replay import episode as replay_episode
@@ -61,19 +65,28 @@ def replay(
         without_effect(context, "without --serve or --live", "port")
     if not video:
         without_effect(context, "without --video", "speed", "seconds")
-    folder, genome = run_and_individual(run)
+    if best == (run is not None):
+        exit_with(USAGE, f"replay: expected RUN or --best, got {'both' if best else 'neither'}")
     sizes = [] if robots is None else team_sizes(robots, _SIDE_BY_SIDE)
     span = _seconds(seconds)
+    if video:
+        from swarmevo.views.replay import video as replay_video
+
+        replay_video.check(video)
+    if run is None:
+        without_effect(context, "with --best", "live", "generation", "force")
+        episodes = replay_episode.shipped_episodes(repeat, sizes, settings or [])
+        page = replay_page.render(episodes, shipped.TITLE)
+        html = html or (None if video or serve else Path("replay-best.html"))
+        _put(page, html, video, speed, span, serve, port, episodes)
+        return
+    folder, genome = run_and_individual(run)
     if live:
         with Store.open(folder) as store:
             replay_episode.choose(store, genome)  # else the page alone would say that there is none
             other_world.load(store, settings or [])
         _serve(replay_page.render([], f"{folder.name}, live", live=True), port, folder, genome, settings or [])
         return
-    if video:
-        from swarmevo.views.replay import video as replay_video
-
-        replay_video.check(video)
     with Store.open(folder) as store:
         chosen = replay_episode.choose(store, genome, generation, repeat)
         episodes, warning = replay_episode.episodes(store, chosen, sizes, force, settings or [])
@@ -82,9 +95,23 @@ def replay(
     if (every := max(episode["thinned"] for episode in episodes)) > 1:
         say(f"long episode: 1 control step of {every} is shown")
     page = replay_page.render(episodes, f"{folder.name}, individual {chosen.genome}")
-    if html or not (video or serve):
-        name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
-        _write_page(html or folder / name, page)
+    name = f"replay-{chosen.genome}{'-other-world' if settings else ''}.html"
+    _put(page, html or (None if video or serve else folder / name), video, speed, span, serve, port, episodes)
+
+
+def _put(
+    page: str,
+    html: Path | None,
+    video: Path | None,
+    speed: float,
+    span: tuple[float, float] | None,
+    serve: bool,
+    port: int,
+    episodes: Sequence[Mapping[str, Any]],
+) -> None:
+    """Bring a page where it is wanted."""
+    if html:
+        _write_page(html, page)
     if video:
         _film(video, page, speed, span or (0.0, episodes[0]["horizon"]))
     if serve:

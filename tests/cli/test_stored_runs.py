@@ -151,3 +151,26 @@ def test_an_individual_that_cannot_be_is_just_not_there(swarmevo_: Swarmevo, run
         line = only_line(swarmevo_(*command))
         assert told in line
         assert "damaged" not in line
+
+
+# ---- the controller that comes with swarmevo -------------------------------------------------------------------------
+
+
+def test_the_shipped_controller_is_replayed_without_a_run(swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("replay", "--best", "--robots", "3-4", "--set", "episode.horizon=2")
+    assert (done.code, done.out, done.err) == (0, "replay-best.html\n", "")
+    assert "the controller that comes with swarmevo" in Path("replay-best.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["replay"], "replay: expected RUN or --best, got neither"),
+        (["replay", "run", "--best"], "replay: expected RUN or --best, got both"),
+        (["replay", "--best", "--live"], "--live: has no effect with --best; leave it out"),
+        (["replay", "--best", "--set", "box.mass=-1"], "box.mass: expected a number from 0.001 to 1000 [kg], got -1"),
+    ],
+)
+def test_what_the_shipped_controller_cannot_do(swarmevo_: Swarmevo, arguments: list[str], error: str) -> None:
+    done = swarmevo_(*arguments)
+    assert (done.code, done.errors) == (2, [error])

@@ -10,7 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.analysis import fronts
+from swarmevo import config as configuration
+from swarmevo import simulation
+from swarmevo.analysis import fronts, shipped
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ReplayError
@@ -156,6 +158,26 @@ def episodes(
         subtitle = place if len(robots) < 2 else f"{name}, seed {key.seed}"
         shown.append(data(recording, title, subtitle, said))
     return shown, warning
+
+
+def shipped_episodes(
+    repeat: int = 0, robots: Sequence[int] = (), overrides: Sequence[str] = ()
+) -> list[dict[str, Any]]:
+    """Return an episode of the shipped controller as :func:`data`, with teams of some sizes; none: the paper's five.
+
+    Raises:
+        ConfigError: An override is refused.
+    """
+    config, genes = shipped.best()
+    config = configuration.changed(config, overrides, simulation.scene_errors)
+    key = shipped.key(repeat=repeat)
+    place = ", ".join([f"seed {key.seed}, repeat {key.repeat}", *overrides])
+    shown = []
+    for size in robots or [config.team.robots]:
+        title = shipped.TITLE if len(robots) < 2 else f"{size} robot" + "s" * (size > 1)
+        recording = record(*other_world.team_of(config, genes, size), [key], threads=1)
+        shown.append(data(recording, title, place))
+    return shown
 
 
 def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subtitle: str) -> Iterator[tuple[str, Any]]:
