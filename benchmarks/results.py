@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a run's controllers do in fresh tests, as a page of docs/results.
+
+    python -m benchmarks.results RUN [--repeats 200] [--robust 200] > docs/results/NAME.md
+
+``RUN`` was made by ``swarmevo evolve``. Tests that are stored in it are not run again, so the command may be
+interrupted. Every rate has Wilson's 95 % interval; a trial's best is the first of its front, chosen by evolution, not by
+these tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis.statistics import wilson
+from swarmevo.analysis.table_ii import PAPER, Assessment, Outcome, Tested
+from swarmevo.plugins.team import Team
+from swarmevo.runs.store import Store
+
+SIZES: Final = (1, 2, 3, 4, 5)
+DISTURBANCES: Final = {
+    "as evolved": (),
+    "doubled noise": ("noise.infrared=0.1", "noise.infrared_at_contact=0.01", "noise.wheels=0.1"),
+    "noise of the signal, 20 %": ("noise.rf=0.2",),
+    "starts anywhere in the southern half": ("team.start=random", "team.start_region=[-0.45, 0.45, -0.45, 0.0]"),
+    "box 15 % lighter": ("box.mass=0.204",),
+    "box 15 % heavier": ("box.mass=0.276",),
+    "rigid bumpers": ("robot.bumper=rigid",),
+    "articulated drive": ("physics.drive=articulated", "physics.time_step=0.004"),
+}
+"""Worlds that the best controller is tested in, as ``--set`` takes them."""
+
+
+def table(head: Sequence[str], rows: Iterator[Sequence[str]] | Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] + ["---:"] * (len(head) - 1), *rows)]
+    return "\n".join(lines) + "\n"
+
+
+def rate(share: float, tests: int) -> str:
+    low, high = wilson(share * tests, tests)
+    return f"{100 * share:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
+
+
+def seconds(time: float | None) -> str:
+    return "never" if time is None else f"{time:.1f} s"
+
+
+def pooled(outcomes: Sequence[Outcome]) -> tuple[float, float, int]:
+    """Return homing rate, push rate and tests of outcomes with as many robots each."""
+    tests = sum(one.tests for one in outcomes)
+    homing = sum(one.homing_rate * one.tests for one in outcomes) / tests
+    return homing, sum(one.push_rate * one.tests for one in outcomes) / tests, tests
+
+
+def table_ii(rows: Sequence[Outcome]) -> str:
+    paper = {row.robots: row for row in PAPER}
+    return table(
+        ["robots", "tests", "homing", "paper", "after", "pushing", "paper", "after"],
+        [
+            [
+                str(row.robots),
+                str(row.tests),
+                rate(row.homing_rate, row.tests),
+                f"{100 * paper[row.robots].homing_rate:.0f} %",
+                seconds(row.homing_time),
+                rate(row.push_rate, row.tests),
+                f"{100 * paper[row.robots].push_rate:.0f} %",
+                seconds(row.push_time),
+            ]
+            for row in rows
+        ],
+    )
+
+
+def hidden_neurons(store: Store, controllers: Sequence[Tested]) -> dict[int, int]:
+    """Return for each genome how many hidden neurons it uses."""
+    genomes = [one.genome for one in controllers]
+    counts = Team(store.config).complexity(np.array([store.genome(genome) for genome in genomes]))
+    return dict(zip(genomes, counts.astype(int).tolist(), strict=True))
+
+
+def by_hidden_neurons(found: Assessment, hidden: dict[int, int]) -> str:
+    groups: dict[int, list[Tested]] = defaultdict(list)
+    for one in found.controllers:
+        groups[hidden[one.genome]].append(one)
+    rows = []
+    for neurons, members in sorted(groups.items()):
+        outcomes = [[one for member in members for one in member.outcomes if one.robots == size] for size in SIZES]
+        rates = [pooled(of_size) for of_size in outcomes if of_size]
+        homing = np.average([homing for homing, _, _ in rates])
+        rows.append(
+            [str(neurons), str(len(members)), f"{100 * homing:.0f} %", *(rate(push, n) for _, push, n in rates)]
+        )
+    return table(["hidden neurons", "controllers", "homing", *(f"push with {size}" for size in SIZES)], rows)
+
+
+def best_of_trials(store: Store, found: Assessment, hidden: dict[int, int]) -> str:
+    tested = {(one.trial, one.genome): one for one in found.controllers}
+    rows = []
+    for trial in store.trials():
+        first = fronts.front(store, trial)[0]
+        one = tested[trial, first.genome]
+        push = [f"{100 * of.push_rate:.1f} %" for of in one.outcomes]
+        times = [of.push_time for of in one.outcomes if of.robots >= 3 and of.push_time is not None]
+        homing = np.mean([of.homing_rate for of in one.outcomes])
+        mean = seconds(float(np.mean(times)) if times else None)
+        rows.append([str(trial), str(first.genome), str(hidden[first.genome]), f"{100 * homing:.1f} %", *push, mean])
+    return table(
+        ["trial", "individual", "hidden neurons", "homing", *(f"push with {n}" for n in SIZES), "push after"], rows
+    )
+
+
+def robust(store: Store, genome: int, repeats: int) -> str:
+    rows = []
+    for name, overrides in DISTURBANCES.items():
+        print(f"{store.folder}: {name}", file=sys.stderr)
+        found = assessment.assess(store, (3, 4, 5), repeats, genome=genome, overrides=overrides)
+        (one,) = found.controllers
+        homing = np.mean([of.homing_rate for of in one.outcomes])
+        rows.append([name, f"{100 * homing:.1f} %", *(rate(of.push_rate, of.tests) for of in one.outcomes)])
+    return table(["world", "homing", "push with 3", "push with 4", "push with 5"], rows)
+
+
+def page(store: Store, repeats: int, robust_repeats: int) -> str:
+    summary = fronts.summarise(store)
+    found = assessment.assess(store, SIZES, repeats)
+    hidden = hidden_neurons(store, found.controllers)
+    cost = summary.cost
+    volumes = ", ".join(f"{trial.history[-1].hypervolume:.4g}" for trial in summary.trials)
+    best = summary.front[0]
+    parts = [
+        f"# {store.folder.name}\n",
+        f"Seed {summary.seed}, {len(summary.trials)} of {summary.trials_planned} trials, {cost.generations} generations, "
+        f"{cost.episodes} episodes, {cost.seconds / 60:.0f} minutes of evaluation. Tests: {repeats} of each controller "
+        f"with each team, {found.horizon:g} s, fresh seeds.\n",
+        "## All controllers of all trials' fronts\n",
+        table_ii(found.rows),
+        "## By hidden neurons\n",
+        by_hidden_neurons(found, hidden),
+        "## The best of each trial\n",
+        "The first of its front, chosen by evolution.\n",
+        best_of_trials(store, found, hidden),
+        f"Hypervolume at the end of each trial: {volumes}.\n",
+    ]
+    if found.behaviours:
+        shares = [[name, f"{100 * share:.1f} %"] for name, share in found.behaviours.items()]
+        parts += ["## Behaviours of the paper's section VII\n", table(["behaviour", "share of the robots"], shares)]
+    if robust_repeats:
+        parts += [
+            f"## Individual {best.genome} in other worlds\n",
+            f"The first of the front over all trials, {robust_repeats} tests with each team.\n",
+            robust(store, best.genome, robust_repeats),
+        ]
+    return "\n".join(parts)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path)
+    parser.add_argument("--repeats", type=int, default=5, help="tests of each controller with each team")
+    parser.add_argument("--robust", type=int, default=0, help="tests of the best one in each other world and team")
+    arguments = parser.parse_args()
+    with Store.open(arguments.run) as store:
+        print(page(store, arguments.repeats, arguments.robust), end="")
+
+
+if __name__ == "__main__":
+    main()
