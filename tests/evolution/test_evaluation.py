@@ -225,6 +225,24 @@ def test_a_fitness_knows_the_world_of_the_episodes(monkeypatch: pytest.MonkeyPat
     assert (seen[0]["box"]["size"], seen[0]["arena"]["target_wall"]) == ((0.3, 0.2, 0.05), "east")
 
 
+def test_a_fitness_knows_each_of_several_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of that episode: how many robots it has, and what was drawn for it."""
+    config = toy_plugins.config(
+        worlds=[{"team.robots": 2}, {"team.robots": 3}], vary={"box.mass": {"uniform": [0.2, 0.3]}}
+    )
+    judge, seen = toy_plugins.Travel.evaluate, []
+
+    def look(self: Any, telemetry: Any, given: FloatArray, controller: Any) -> FloatArray:
+        seen.append((telemetry.world["team"]["robots"], telemetry.homing_time.shape[1], telemetry.world["box"]["mass"]))
+        return judge(self, telemetry, given, controller)
+
+    monkeypatch.setattr(toy_plugins.Travel, "evaluate", look)
+    evaluate(config, genomes_for(config, 1))
+    assert sorted(told for told, _, _ in seen) == [2, 2, 3, 3]
+    assert all(told == robots and 0.2 <= mass <= 0.3 for told, robots, mass in seen)
+    assert len({mass for _, _, mass in seen}) > 1
+
+
 def test_the_terms_of_a_fitness_come_from_the_world_too(monkeypatch: pytest.MonkeyPatch) -> None:
     def terms(self: Any, telemetry: Any) -> dict[str, FloatArray]:
         return {"horizon": np.full((1, 10), telemetry.world["episode"]["horizon"])}
