@@ -4,7 +4,7 @@
     python -m benchmarks.results RUN [--repeats 200] [--robust 200] > docs/results/NAME.md
 
 ``RUN`` was made by ``swarmevo evolve``. Tests that are stored in it are not run again, so the command may be
-interrupted. Every rate has Wilson's 95 % interval; a trial's best is the first of its front, chosen by evolution, not by
+interrupted. Every rate has Wilson's 95 % interval. A trial's best is the first of its front: evolution chose it, not
 these tests.
 """
 
@@ -138,9 +138,9 @@ def page(store: Store, repeats: int, robust_repeats: int) -> str:
     best = summary.front[0]
     parts = [
         f"# {store.folder.name}\n",
-        f"Seed {summary.seed}, {len(summary.trials)} of {summary.trials_planned} trials, {cost.generations} generations, "
-        f"{cost.episodes} episodes, {cost.seconds / 60:.0f} minutes of evaluation. Tests: {repeats} of each controller "
-        f"with each team, {found.horizon:g} s, fresh seeds.\n",
+        f"Seed {summary.seed}, {len(summary.trials)} of {summary.trials_planned} trials, {cost.generations} "
+        f"generations, {cost.episodes} episodes, {cost.seconds / 60:.0f} minutes of evaluation. "
+        f"Tests: {repeats} of each controller with each team, {found.horizon:g} s, fresh seeds.\n",
         "## All controllers of all trials' fronts\n",
         table_ii(found.rows),
         "## By hidden neurons\n",
