@@ -169,8 +169,10 @@ class Run:
     ) -> Assessment:
         """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.
 
+        Tests add up in the run folder: only those are run that are not stored, and there may be more than ``repeats``.
+
         Raises:
-            ConfigError, EvaluationError, SimulatorError: As :func:`swarmevo.analysis.assessment.assess`.
+            ConfigError, EvaluationError, SimulatorError, StoreError: As :func:`swarmevo.analysis.assessment.assess`.
         """
         with self.store() as store:
             return assessment.assess(store, sizes, repeats, workers=workers)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -22,10 +23,14 @@ def report(
     ] = None,
 ) -> None:
     """Write one HTML page about runs, with replays to click on; it needs no network."""
+    from swarmevo.runs.tests_file import TESTS_FILE
     from swarmevo.views.report import page as report
 
     if html is None and len(runs) > 1:
         exit_with(USAGE, "--html: expected a file for the report of several runs, got none")
+    for run in runs:
+        if os.path.exists(run / "table_ii.json") and not os.path.exists(run / TESTS_FILE):
+            say(f"{run}: table_ii.json is of an earlier version and not read; make it anew with: swarmevo test {run}")
     print(report.write(runs, html or runs[0] / report.FILE, say))
     for path in report.write_figures(runs, figures) if figures else []:
         print(path)

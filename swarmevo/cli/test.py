@@ -160,6 +160,6 @@ def _kept(tests: StoredTests) -> str:
 
 def _fate(tests: StoredTests) -> str:
     """Return what became of what was found."""
-    if tests.not_stored:
-        return f"not stored: {tests.not_stored}"
-    return f"stored in {tests.file}" if tests.added else f"all of it was stored before, in {tests.file}"
+    if not tests.added:
+        return f"all of it was stored before, in {tests.file}"
+    return f"not stored: {tests.not_stored}" if tests.not_stored else f"stored in {tests.file}"
