@@ -7,7 +7,9 @@ The order of random draws is part of the interface, so that a second implementat
 
 - initial population: ``standard_normal((population, real genes))``, then ``random((population, switches)) < 0.5``;
 - each child: ``choice(retained, 3, replace=False)``; ``random(links) < crossover_rate``; ``standard_normal(parts)``;
-  ``random(units) < mutation_rate``; ``standard_normal(real genes) * mutation_spread``, drawn whether used or not.
+  ``random(units) < mutation_rate``; ``standard_normal(real genes) * mutation_spread``, drawn whether used or not;
+- with self-chosen rates also ``random((population, 2))`` after the initial population, and ``standard_normal(2)`` after
+  each ``choice``.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from swarmevo.protocols import FloatArray, GenomeSpace, IntArray
 
 Reevaluate = Literal["accumulate", "once", "renew"]
 Acceptance = Literal["always", "dominates"]
+Rates = Literal["fixed", "self"]
 
 PARENTS = 3
 """One main and two supporting parents (paper step 3.4.1)."""
@@ -47,6 +50,9 @@ class PDE:
         acceptance: Whether a child enters the selection ``always``, or only if it ``dominates`` its main parent.
         front: Largest share of the population that the front may take, but 3 at least and all but one at most. Of a
             larger front those are left out that are nearest to others.
+        rates: Whether the three options of crossover and mutation hold for all (``fixed``), or each individual has two
+            rates of its own (``self``): of crossover, and of mutation, which is its spread, too. They begin anywhere
+            from 0 to 1 and are inherited as weights are (SPDE: Abbass 2002).
 
     Raises:
         ValueError: An option is out of its range.
@@ -65,6 +71,7 @@ class PDE:
         reevaluate: Reevaluate = "accumulate",
         acceptance: Acceptance = "always",
         front: float = 0.6,
+        rates: Rates = "fixed",
     ) -> None:
         _require_number("population", population, PARENTS + 1)
         _require_number("crossover_rate", crossover_rate, 0, 1)
@@ -73,13 +80,16 @@ class PDE:
         _require_number("front", front, 0, 1)
         _require_choice("reevaluate", reevaluate, get_args(Reevaluate))
         _require_choice("acceptance", acceptance, get_args(Acceptance))
+        _require_choice("rates", rates, get_args(Rates))
         self._space, self._population, self._rng = space, population, rng
-        self._crossover_rate, self._mutation_rate = crossover_rate, mutation_rate
-        self._mutation_spread = mutation_spread
+        self._mutation_spread, self._chooses_rates = mutation_spread, rates == "self"
         self._reevaluate, self._acceptance = reevaluate, acceptance
         self._largest_front = min(max(round(front * population), PARENTS), population - 1)
 
         self._genomes = self._random_genomes()  # step 2.0
+        self._rates = np.tile([float(crossover_rate), float(mutation_rate)], (population, 1))  # of each individual
+        if self._chooses_rates:
+            self._rates = rng.random((population, 2))
         self._cost_sums = np.zeros((population, objectives))
         self._evaluations = np.zeros(population, dtype=np.intp)
         self._main_parents = np.full(population, -1, dtype=np.intp)  # index into the population; -1: not a new child
@@ -112,12 +122,14 @@ class PDE:
 
     def state(self) -> dict[str, Any]:
         """Return the population, its evaluations and the RNG's state."""
+        rates = {"rates": self._rates.copy()} if self._chooses_rates else {}
         return {
             "genomes": self._genomes.copy(),
             "cost_sums": self._cost_sums.copy(),
             "evaluations": self._evaluations.copy(),
             "main_parents": self._main_parents.copy(),
             "rng": self._rng.bit_generator.state,
+            **rates,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -127,6 +139,8 @@ class PDE:
         self._evaluations = np.array(state["evaluations"], dtype=np.intp)
         self._main_parents = np.array(state["main_parents"], dtype=np.intp)
         self._rng.bit_generator.state = state["rng"]
+        if self._chooses_rates:
+            self._rates = np.array(state["rates"], dtype=np.float64)
 
     def _random_genomes(self) -> FloatArray:
         """Step 2.0: return the initial population ``(population, size)``."""
@@ -180,35 +194,48 @@ class PDE:
         """Step 3.3: delete everybody else."""
         self._genomes = self._genomes[survivors]
         self._cost_sums, self._evaluations = self._cost_sums[survivors], self._evaluations[survivors]
+        self._rates = self._rates[survivors]
 
     def _fill_up(self) -> None:
         """Steps 3.4 and 3.5: put a child in the place of each deleted solution."""
         retained, deleted = len(self._genomes), self._population - len(self._genomes)
         alphas = np.empty((deleted, PARENTS), dtype=np.intp)
-        children = np.empty((deleted, self._space.size))
+        children, rates = np.empty((deleted, self._space.size)), np.empty((deleted, 2))
         for i in range(deleted):  # step 3.5
             alphas[i] = self._rng.choice(retained, PARENTS, replace=False)  # step 3.4.1
-            children[i] = self._crossover(*self._genomes[alphas[i]])  # step 3.4.2
-            self._mutate(children[i])  # step 3.4.3
+            rates[i] = self._inherited_rates(*self._rates[alphas[i]])
+            children[i] = self._crossover(rates[i, 0], *self._genomes[alphas[i]])  # step 3.4.2
+            self._mutate(children[i], rates[i, 1])  # step 3.4.3
         self._genomes = np.concatenate([self._genomes, children])
         self._cost_sums = np.concatenate([self._cost_sums, np.zeros((deleted, self._cost_sums.shape[1]))])
         self._evaluations = np.concatenate([self._evaluations, np.zeros(deleted, dtype=np.intp)])
         self._main_parents = np.concatenate([np.full(retained, -1), alphas[:, 0]])
+        self._rates = np.concatenate([self._rates, rates])
 
-    def _crossover(self, alpha_1: FloatArray, alpha_2: FloatArray, alpha_3: FloatArray) -> FloatArray:
+    def _inherited_rates(self, alpha_1: FloatArray, alpha_2: FloatArray, alpha_3: FloatArray) -> FloatArray:
+        """Return a child's rates ``(2,)`` of those of its parents. Not in the paper but for ``fixed`` ones."""
+        if not self._chooses_rates:
+            return alpha_1
+        rates = np.abs(alpha_1 + self._rng.standard_normal(2) * (alpha_2 - alpha_3))
+        return np.where(rates > 1, rates - np.floor(rates), rates)  # SPDE: of what is above 1 the fraction
+
+    def _crossover(
+        self, crossover_rate: float, alpha_1: FloatArray, alpha_2: FloatArray, alpha_3: FloatArray
+    ) -> FloatArray:
         """Step 3.4.2: return a child ``(size,)``, a link at a time either crossed over or the main parent's."""
         rho, link, part = self._space.is_switch, self._space.link_of, self._space.part_of
-        crossed = self._rng.random(_count(link)) < self._crossover_rate  # "with some uniform (0,1) probability, do"
+        crossed = self._rng.random(_count(link)) < crossover_rate  # "with some uniform (0,1) probability, do"
         factor = self._rng.standard_normal(_count(part))  # N(0, 1)
         omega = alpha_1 + factor[part] * (alpha_2 - alpha_3)
         omega[rho] = omega[rho] >= 0.5  # rho <- 1, 0 otherwise
         return np.where(crossed[link], omega, alpha_1)  # otherwise: as alpha_1
 
-    def _mutate(self, child: FloatArray) -> None:
+    def _mutate(self, child: FloatArray, mutation_rate: float) -> None:
         """Step 3.4.3: in place, a unit at a time."""
+        spread = mutation_rate if self._chooses_rates else self._mutation_spread
         rho, unit = self._space.is_switch, self._space.unit_of
-        mutated = (self._rng.random(_count(unit)) < self._mutation_rate)[unit]  # "with some uniform (0,1) probability"
-        noise = self._rng.standard_normal(np.count_nonzero(~rho)) * self._mutation_spread  # N(0, mutation_rate)
+        mutated = (self._rng.random(_count(unit)) < mutation_rate)[unit]  # "with some uniform (0,1) probability"
+        noise = self._rng.standard_normal(np.count_nonzero(~rho)) * spread  # N(0, mutation_rate)
         child[~rho & mutated] += noise[mutated[~rho]]  # omega <- omega + N(0, mutation_rate)
         child[rho & mutated] = 1 - child[rho & mutated]  # rho <- 1 if it was 0, 0 otherwise
 
