@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each target installs what it needs, then runs.
 #   make dev       install the checkout itself: Python changes act at once, C++ changes after the next make dev
-#   make evolve    a small evolution, to a printed Pareto front and a report to open in a browser
+#   make evolve    a minute of evolution, to robots that push, and a report to see them in a browser
 #   make test      all tests, native ones included
 #   make test-lowest  some tests with the lower bounds of all that swarmevo needs
 #   make lint      formatting, types, the direction of imports, declared dependencies
@@ -46,8 +46,8 @@ dev: $(VENV)/installed-dev
 	@cmake --install build/dev --prefix "$$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')" >build/cmake.log
 
 evolve: $(call needs,)
-	@run=runs/quick-$$(date +%Y%m%d-%H%M%S); \
-	$(BIN)/swarmevo evolve --out $$run; \
+	@run=runs/best-$$(date +%Y%m%d-%H%M%S); \
+	$(BIN)/swarmevo evolve best --set evolution.generations=90 --out $$run; \
 	$(BIN)/swarmevo report $$run
 
 test: test-native test-python
