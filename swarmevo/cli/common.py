@@ -13,7 +13,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
@@ -25,7 +25,7 @@ from swarmevo._version import __version__
 from swarmevo.cli import streams
 from swarmevo.cli.process import own_exit, own_stdout, run
 from swarmevo.cli.streams import FAILED as FAILED
-from swarmevo.errors import ConfigError, Interrupted, SwarmevoError
+from swarmevo.errors import ConfigError, Interrupted, PluginError, SwarmevoError
 from swarmevo.printable import printable
 
 if TYPE_CHECKING:
@@ -119,6 +119,15 @@ def say_how_it_was_left(store: Store) -> None:
 
     if left := driver.how_it_was_left(store):
         say(f"warning: {left}")
+
+
+def say_changed_plugins(store: Store) -> None:
+    """Print a warning if a run's controller or fitness is not what it was."""
+    from swarmevo.runs import driver
+
+    with suppress(PluginError):  # it is not installed: told by what asks for it
+        if changed := driver.changed_plugins(store):
+            say(f"warning: {changed}")
 
 
 # ---- arguments -------------------------------------------------------------------------------------------------------

@@ -79,6 +79,8 @@ def evolve(
 
     from swarmevo.runs import driver
 
+    if scheduler:
+        _check(scheduler)
     with interruptible("nothing was written") as stop:
         folder = driver.begin(out, chosen, stop, Path(config or "quick").stem)
     say(f"run {folder}, seed {chosen.evolution.seed}")
@@ -151,6 +153,13 @@ def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plu
                 say(how)
             raise
         console.show_run(fronts.summarise(store))
+
+
+def _check(scheduler: str) -> None:
+    """Refuse a scheduler that does not answer, before a folder is made."""
+    from swarmevo.evolution import cluster
+
+    cluster.check(scheduler)
 
 
 def _backend(scheduler: str | None) -> MakeBackend:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, TextIO
 import typer
 
 from swarmevo.cli import streams
-from swarmevo.cli.common import USAGE, Run, app, exit_with, without_effect
+from swarmevo.cli.common import USAGE, Run, app, exit_with, say_changed_plugins, without_effect
 
 if TYPE_CHECKING:
     from swarmevo.runs.store import Store
@@ -46,6 +46,8 @@ def export(
     if form not in ("json", "epuck", "webots"):
         exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
     with Store.open(run) as store:
+        if controller is not None:
+            say_changed_plugins(store)
         text = "" if controller is None else _controller(store, controller, form, robot)
         with files.opened(out, fresh_only=True) if out else nullcontext(streams.data()) as stream:
             _write(store, stream, text, as_csv)

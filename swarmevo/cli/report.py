@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, app, exit_with, say
+from swarmevo.cli.common import USAGE, app, exit_with, say, say_changed_plugins
 
 
 @app.command()
@@ -23,6 +23,7 @@ def report(
     ] = None,
 ) -> None:
     """Write one HTML page about runs, with replays to click on; it needs no network."""
+    from swarmevo.runs.store import Store
     from swarmevo.runs.tests_file import TESTS_FILE
     from swarmevo.views.report import page as report
 
@@ -31,6 +32,8 @@ def report(
     for run in runs:
         if os.path.exists(run / "table_ii.json") and not os.path.exists(run / TESTS_FILE):
             say(f"{run}: table_ii.json is of an earlier version and not read; make it anew with: swarmevo test {run}")
+        with Store.open(run) as store:
+            say_changed_plugins(store)
     print(report.write(runs, html or runs[0] / report.FILE, say))
     for path in report.write_figures(runs, figures) if figures else []:
         print(path)

@@ -18,6 +18,7 @@ from swarmevo.cli.common import (
     interruptible,
     run_and_individual,
     say,
+    say_changed_plugins,
     team_sizes,
     without_effect,
     worker_count,
@@ -104,6 +105,7 @@ def _of_run(run: str, settings: list[str], wanted: _Wanted) -> tuple[Assessment,
 
     folder, individual = run_and_individual(run)
     with Store.open(folder) as store, StoredTests.open(store, readonly=False) as tests:
+        say_changed_plugins(store)
         if tests.rerun:
             say(f"warning: {tests.file}: {tests.rerun} tests were damaged, and are run again")
         with interruptible(_kept(tests)) as stop, console.tests() as observe:

@@ -198,6 +198,18 @@ class DaskBackend:
         return ClusterError(f"{self._address}: the scheduler is gone; start it again, then go on")
 
 
+def check(address: str) -> None:
+    """Refuse a scheduler that does not answer.
+
+    Args:
+        address: Of the scheduler, such as ``tcp://host:8786``.
+
+    Raises:
+        ClusterError: Dask is not installed, or no scheduler answers.
+    """
+    _connect(address).close(timeout=1)
+
+
 def _connect(address: str) -> Client:
     try:
         from distributed import Client

@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
@@ -194,13 +194,24 @@ def check_plugin_files(store: Store) -> None:
         PluginError: A plugin is not installed.
         StoreError: They are not.
     """
-    if changed := changed_files(store.provenance, {"plugin_files": plugin_files(_entries(store.config))}):
-        shown = [f"{file} ({', '.join(names)})" for file, names in changed.items()]
-        more = f" and {len(shown) - _SHOWN_FILES} more" if len(shown) > _SHOWN_FILES else ""
-        raise StoreError(
-            f"{store.folder}: a plugin was changed since the run's last session: "
-            f"{', '.join(shown[:_SHOWN_FILES])}{more}; undo that, or have both in one run: --accept-changed-plugin"
-        )
+    if changed := _changed(store, _entries(store.config)):
+        raise StoreError(f"{changed}; undo that, or have both in one run: --accept-changed-plugin")
+
+
+def changed_plugins(store: Store) -> str:
+    """Return that controller or fitness are not what a run went on with so far, and their files; "": they are."""
+    entries = [entry for entry in _entries(store.config) if entry.kind != "optimiser"]
+    changed = _changed(store, entries)
+    return changed and f"{changed}; what is simulated now need not be what was evolved"
+
+
+def _changed(store: Store, entries: Sequence[PluginEntry]) -> str:
+    changed = changed_files(store.provenance, {"plugin_files": plugin_files(entries)})
+    if not changed:
+        return ""
+    shown = [f"{file} ({', '.join(names)})" for file, names in changed.items()]
+    more = f" and {len(shown) - _SHOWN_FILES} more" if len(shown) > _SHOWN_FILES else ""
+    return f"{store.folder}: a plugin was changed since the run's last session: {', '.join(shown[:_SHOWN_FILES])}{more}"
 
 
 def check_names(evaluator: Evaluator) -> None:

@@ -300,6 +300,19 @@ def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch: pytest.MonkeyPat
             DaskBackend(settings().model_dump_json(), address, lambda line: None)
 
 
+def test_without_a_scheduler_no_folder_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
+    with pytest.raises(SystemExit) as exit:
+        cli.main(["evolve", "quick", "--out", "run", "--scheduler", "tcp://127.0.0.1:9"])
+    assert exit.value.code == 1
+    message = "error: tcp://127.0.0.1:9: no Dask scheduler answers; start one with: dask scheduler"
+    assert capsys.readouterr().err.splitlines() == [message]
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ClusterError, match=r"--scheduler needs Dask: pip install 'swarmevo\[dask\]'"):

@@ -85,6 +85,16 @@ def test_a_run_is_not_resumed_with_another_version_of_a_plugin(swarmevo_: Run, s
     assert code == 1
     assert "  session 1: keen/constants.py of fitness.keen was changed\n" in out
 
+    warning = (
+        "warning: run: a plugin was changed since the run's last session: keen/constants.py (fitness.keen); "
+        "what is simulated now need not be what was evolved"
+    )
+    for simulating in (["test", "run", "--repeats", "1"], ["report", "run"], ["export", "run", "--controller", "1"]):
+        code, _, err = swarmevo_(*simulating)
+        assert code == 0
+        assert err.splitlines().count(warning) == 1
+    assert "warning" not in swarmevo_("show", "run")[2]
+
     code, _, err = swarmevo_("resume", "run", "--generations", "+1", "--accept-changed-plugin")
     assert code == 0, err
     assert swarmevo_("resume", "run", "--generations", "+1")[0] == 0  # the change is known by now
