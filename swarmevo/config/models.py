@@ -308,7 +308,7 @@ class Evolution(Section):
     """Episodes that an individual must have before it may stand on a front; while none has, those with the most may."""
     resample: int = Field(default=0, ge=0, le=1_000_000)
     """Individuals of the trial's front that are evaluated again in each generation, those with the fewest episodes."""
-    refine: Fraction = 0.0
+    refine: float = Field(default=0.0, ge=0, le=0.9)
     """Last share of the budget that makes no new individuals: the front and the optimiser's answer are evaluated again
     and again, those with the fewest episodes first."""
     episodes: int | None = Field(default=None, ge=1, le=1_000_000_000_000)

@@ -15,7 +15,7 @@ from grids import results
 from swarmevo import config
 from swarmevo.analysis import fronts
 from swarmevo.config import Config, Evolution
-from swarmevo.errors import Interrupted
+from swarmevo.errors import ConfigError, Interrupted
 from swarmevo.evolution.aggregation import OverWorlds
 from swarmevo.evolution.archive import Archive
 from swarmevo.evolution.budget import Budget
@@ -251,3 +251,10 @@ def test_a_budget_of_episodes_ends_the_run(tmp_path: Path) -> None:
         last = [len(store.generation(t, store.generations(t) - 1).episodes) for t in (0, 1)]
         assert all(30 <= episodes < 30 + size for episodes, size in zip(spent, last, strict=True))
         assert fronts.summarise(store).complete
+
+
+def test_a_trial_begins_with_a_search() -> None:
+    """Else there would be nobody to refine."""
+    with pytest.raises(ConfigError, match=r"evolution\.refine: expected a number from 0 to 0\.9, got 1"):
+        config.load("paper", ["evolution.refine=1"])
+    assert not Budget(Evolution(generations=1, refine=0.9)).is_for_refining(0, 0)
