@@ -268,7 +268,9 @@ class Trial:
         if said.code == 0:
             return "harmless", ""
         damaged = [line for line in said.out.splitlines() if line.startswith("damaged: ")]
-        return ("found", damaged[0]) if damaged or said.is_refusal else ("silent", f"verify: {said.error or said.out}")
+        if damaged or said.is_refusal:
+            return "found", damaged[0] if damaged else said.error.strip()
+        return "silent", f"verify: {said.error or said.out}"
 
 
 def _difference(said: Said, expected: Said) -> str:
