@@ -48,11 +48,63 @@ class TestConformanceWithRestarts(OptimiserTests):
         return CMAES(space, population, objectives, rng, restarts="bipop", weights=weights, learning_rate="adaptive")
 
 
+class TestConformanceWithStarts(OptimiserTests):
+    populations = (5,)
+
+    def create(self, space, population, objectives, rng):
+        return CMAES(space, population, objectives, rng, starts=3, start_generations=2)
+
+
 class TestConformanceSwitchesOn(OptimiserTests):
     populations = (5,)
 
     def create(self, space, population, objectives, rng):
         return CMAES(space, population, objectives, rng, switches="on")
+
+
+# ---- several starts --------------------------------------------------------------------------------------------------
+
+
+def two_valleys(genomes):
+    """Return a wide valley that is nowhere better than 0.5, and a narrow one down to 0, far from each other."""
+    wide = 0.5 + 0.02 * np.square(genomes - 2).sum(axis=1)
+    narrow = 0.15 * np.square(genomes + 1.3).sum(axis=1)
+    return np.minimum(wide, narrow)[:, np.newaxis]
+
+
+def least(generations=150, **options):
+    made = make(sigma=1.0, **options)
+    for _ in range(generations):
+        genomes = made.ask()
+        made.tell(genomes, two_valleys(genomes))
+    return two_valleys(made.answer()[:1])[0, 0]
+
+
+def test_of_several_starts_the_best_goes_on():
+    alone = [least(seed=seed) < 0.1 for seed in range(12)]
+    several = [least(seed=seed, starts=6, start_generations=20, generations=250) < 0.1 for seed in range(12)]
+    assert 1 <= sum(alone) <= 8
+    assert sum(several) >= 11
+
+
+def test_a_start_that_goes_on_is_where_it_was():
+    """It was the second of three, and asks as it would have if it had been alone, but for the generator's state."""
+    made = make(sigma=1.0, starts=3, start_generations=10)
+    means = []
+    for _ in range(30):
+        genomes = made.ask()
+        means.append(genomes.mean(axis=0))
+        costs = two_valleys(genomes) + (0.0 if 10 <= len(means) - 1 < 20 else 5.0)
+        made.tell(genomes, costs)
+    assert np.linalg.norm(made.ask().mean(axis=0) - means[19]) < np.linalg.norm(means[19] - means[29])
+    assert np.linalg.norm(made.ask().mean(axis=0) - means[19]) < np.linalg.norm(means[19] - means[9])
+
+
+def test_given_genomes_need_no_several_starts():
+    made = make(starts=5, sigma=0.1)
+    made.start_from(TARGET[np.newaxis])
+    assert np.linalg.norm(made.ask().mean(axis=0) - TARGET) < 0.3
+    assert made.state()["heat"] is None
 
 
 # ---- what it finds ---------------------------------------------------------------------------------------------------

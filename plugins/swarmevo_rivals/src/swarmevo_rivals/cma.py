@@ -20,6 +20,9 @@ LearningRate = Literal["fixed", "adaptive"]
 LEAST_POPULATION: Final = 4
 """Of fewer the better half is one genome, from which no covariance is learnt."""
 
+SURE: Final = 5
+"""Generations whose costs tell which of several starts is the best."""
+
 
 class CMAES:
     """CMA-ES: learns the mean and the covariance of a normal distribution; one objective, or several weighted.
@@ -36,6 +39,10 @@ class CMAES:
             Nothing: 1 each.
         restarts: What follows a search that is over: nothing, its distribution stays (``none``); a search from
             elsewhere with twice the population (``ipop``); or that in turn with smaller searches (``bipop``).
+        starts: Searches from the middle, one after the other, of which the best goes on: for tasks on which many a one
+            learns the wrong thing.
+        start_generations: Of each of them, if they are several. The best has the least median cost, in the mean of its
+            last five generations.
         learning_rate: That of the literature (``fixed``), or one that becomes less where noise hides what is better
             (``adaptive``).
 
@@ -54,12 +61,16 @@ class CMAES:
         switches: Switches = "evolve",
         weights: list[float] | None = None,
         restarts: Restarts = "none",
+        starts: int = 1,
+        start_generations: int = 30,
         learning_rate: LearningRate = "fixed",
     ) -> None:
         if population < LEAST_POPULATION:
             raise ValueError(f"population: expected a number of at least {LEAST_POPULATION}, got {population}")
         if not isinstance(sigma, (int, float)) or not 0 < sigma < math.inf:
             raise ValueError(f"sigma: expected a number above 0, got {sigma!r}")
+        _require_count("starts", starts)
+        _require_count("start_generations", start_generations)
         _require_choice("switches", switches, get_args(Switches))
         _require_choice("restarts", restarts, get_args(Restarts))
         _require_choice("learning_rate", learning_rate, get_args(LearningRate))
@@ -72,6 +83,8 @@ class CMAES:
         self._schedule = Schedule(restarts, population, self._sigma)
         self._centre = np.where(self._rho, 0.5, 0.0)[self._is_free]
         self._search = self._begin(self._centre, population, self._sigma)
+        self._starts, self._start_generations = starts, start_generations
+        self._heat: dict[str, Any] | None = None if starts == 1 else {"left": starts, "medians": [], "best": None}
         self._is_over = False  # nothing follows
         self._cost: float | None = None  # median of the latest generation
         self._best_ended: dict[str, Any] | None = None  # of the searches that are over: mean and cost
@@ -87,11 +100,12 @@ class CMAES:
                 "genomes: expected every switch on, as the option switches=on holds them, got one that is off"
             )
         mean = np.where(self._rho, genomes >= 0.5, genomes).mean(axis=0)
+        self._heat = None
         self._search = self._begin(mean[self._is_free], self._search.population, self._sigma)
 
     def ask(self) -> FloatArray:
         """Return genomes ``(n, size)`` of the distribution; n is the population, or that of a restart."""
-        if not self._is_over and self._search.is_over():
+        if self._heat is None and not self._is_over and self._search.is_over():
             self._follow()
         return self._genomes(self._search.ask())
 
@@ -103,6 +117,8 @@ class CMAES:
         self._search.tell(genomes[:, self._is_free], cost)
         self._schedule.count(len(genomes))
         self._cost = float(np.median(cost))
+        if self._heat is not None:
+            self._race(self._heat, self._cost)
 
     def answer(self) -> FloatArray:
         """Return ``(k, size)``: the mean of the distribution, and that of the best search that is over.
@@ -120,6 +136,7 @@ class CMAES:
         return {
             "search": self._search.state(),
             "schedule": self._schedule.state(),
+            "heat": copy.deepcopy(self._heat),
             "is_over": self._is_over,
             "cost": self._cost,
             "best_ended": copy.deepcopy(self._best_ended),
@@ -130,12 +147,27 @@ class CMAES:
         """Continue from ``state``."""
         self._search.restore(state["search"])
         self._schedule.restore(state["schedule"])
+        self._heat = copy.deepcopy(state["heat"])
         self._is_over, self._cost = state["is_over"], state["cost"]
         self._best_ended = copy.deepcopy(state["best_ended"])
         self._rng.bit_generator.state = state["rng"]
 
     def _begin(self, mean: FloatArray, population: int, sigma: float) -> Search:
         return Search(mean, sigma, population, self._adapts, self._rng)
+
+    def _race(self, heat: dict[str, Any], cost: float) -> None:
+        """Note how a start does; when it is over begin the next one, after the last one go on with the best."""
+        heat["medians"] = [*heat["medians"], cost][-SURE:]
+        if self._search.generations < self._start_generations and not self._search.is_over():
+            return
+        reached = float(np.mean(heat["medians"]))
+        if heat["best"] is None or reached < heat["best"]["cost"]:
+            heat["best"] = {"cost": reached, "search": self._search.state()}
+        heat["left"], heat["medians"] = heat["left"] - 1, []
+        self._search = self._begin(self._centre, self._search.population, self._sigma)
+        if not heat["left"]:
+            self._search.restore(heat["best"]["search"])
+            self._heat = None
 
     def _follow(self) -> None:
         """Go on from a search that is over: with another one, or as it is."""
@@ -161,6 +193,11 @@ def _checked_weights(weights: list[float] | None, objectives: int) -> FloatArray
             f"weights: expected a number of at least 0 for each of {objectives} objectives, not all 0, got {weights!r}"
         )
     return checked
+
+
+def _require_count(name: str, value: object) -> None:
+    if type(value) is not int or value < 1:
+        raise ValueError(f"{name}: expected a whole number of at least 1, got {value!r}")
 
 
 def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
