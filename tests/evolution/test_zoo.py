@@ -40,6 +40,7 @@ METHODS = {  # but for "terms", which evolution does not ask for
     "zoo_linear": ["start", "act"],
     "zoo_travel": ["objectives", "channels", "evaluate"],
     "zoo_search": ["factory", "ask", "tell", "state", "restore"],
+    "zoo_answering": ["answer"],
 }
 EVERY_METHOD = [(plugin, method) for plugin in METHODS for method in METHODS[plugin]]
 MAKING = {"space", "objectives", "channels", "factory", "restore"}
@@ -150,7 +151,7 @@ def assert_named(line: str, plugin: str, method: str) -> None:
     assert method in line or method == "factory"
     if method in IN_EPISODES:
         assert re.search(r"trial 0, generation 1, individual \d, repeat 0", line)
-    if method in ("ask", "tell", "state", "restore"):
+    if method in ("ask", "tell", "state", "restore", "answer"):
         assert "trial 0, generation 1" in line
 
 
