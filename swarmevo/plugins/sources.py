@@ -60,7 +60,9 @@ def _root(target: str) -> str:
 
 
 def _others(distribution: str) -> Iterator[str]:
-    """Yield the names of a distribution's packages and modules, but for swarmevo itself."""
+    """Yield the names of a distribution's packages and modules; of swarmevo none: its plugins' packages are apart."""
+    if distribution == _HOST:
+        return
     try:
         found = metadata.distribution(distribution)
     except metadata.PackageNotFoundError:
