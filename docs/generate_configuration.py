@@ -207,7 +207,7 @@ def _options(kind: str, name: str, factory: Any, whose: str) -> Iterator[str]:
             _cell(meanings[option.name]),
         )
         for option in parameters
-        if option.name not in plugins.HOST_PARAMETERS[kind]
+        if option.name not in (*plugins.HOST_PARAMETERS[kind], *plugins.OFFERED_PARAMETERS[kind])
     ]
     yield f"### {kind}.{name}\n\n{(inspect.getdoc(factory) or '').split(chr(10))[0].replace('``', '`')}{whose}\n"
     if rows:

@@ -21,11 +21,18 @@ from numpy.typing import NDArray
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.intp]
 BoolArray: TypeAlias = NDArray[np.bool_]
+World: TypeAlias = Mapping[str, Mapping[str, Any]]
+"""The configuration's sections that describe the world (``docs/configuration.md``), each a mapping of its keys to plain
+values."""
 
 OBSERVATIONS = 13
 """Length of an observation: eight infrared readings, four touch sensors, the RF strength over its maximum."""
 COMMANDS = 2
 """Length of a command: left and right wheel, each in [-1, 1] of the top speed."""
+OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i in range(4)), "signal_strength")
+"""In the order of a controller's input."""
+COMMAND_NAMES: Final = ("left", "right")
+"""In the order of a controller's output."""
 
 
 # ---- genomes ---------------------------------------------------------------------------------------------------------
@@ -203,8 +210,23 @@ class Recorded:
         return [*super().__dir__(), *self.channels]
 
 
+class _InWorld:
+    """Something with a ``world``, which is read-only here and wherever it travels to."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        world: World = vars(self)["world"]
+        return {**vars(self), "world": {name: dict(section) for name, section in world.items()}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, world=_read_only(state["world"]))
+
+
+def _read_only(world: World) -> World:
+    return MappingProxyType({name: MappingProxyType(dict(section)) for name, section in world.items()})
+
+
 @dataclass(frozen=True, init=False, repr=False, eq=False)
-class Telemetry(Recorded):
+class Telemetry(_InWorld, Recorded):
     """What happened in a number of episodes: ``Telemetry(0.1, homing_time, push_time, pose=pose)``.
 
     The outcome is always there; a channel only if somebody asked for it (``Fitness.channels``), as an attribute
@@ -223,9 +245,8 @@ class Telemetry(Recorded):
     """``(episodes,)``: first touch of box and target wall [s]; NaN: never."""
     channels: Mapping[str, FloatArray]
     """By name: what was recorded."""
-    world: Mapping[str, Mapping[str, Any]]
-    """The configuration's sections that describe the world (``docs/configuration.md``), each a mapping of its keys to
-    plain values: ``telemetry.world["box"]["size"]``. Read-only; empty where nobody gave it."""
+    world: World
+    """That of the episodes: ``telemetry.world["box"]["size"]``. Read-only; empty where nobody gave it."""
 
     def __init__(
         self,
@@ -249,19 +270,9 @@ class Telemetry(Recorded):
             world=_read_only(world or {}),
         )
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "world": {name: dict(section) for name, section in self.world.items()}}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state, world=_read_only(state["world"]))
-
     def __repr__(self) -> str:
         episodes, robots = self.homing_time.shape
         return f"<Telemetry: {episodes} episodes of {robots} robots; {', '.join(self.channels) or 'no channels'}>"
-
-
-def _read_only(world: Mapping[str, Mapping[str, Any]]) -> Mapping[str, Mapping[str, Any]]:
-    return MappingProxyType({name: MappingProxyType(dict(section)) for name, section in world.items()})
 
 
 # ---- policies that run natively --------------------------------------------------------------------------------------
@@ -317,15 +328,31 @@ NativePolicies: TypeAlias = FeedForward | Compiled
 
 
 @dataclass(frozen=True)
-class SceneInfo:
-    """What a controller may know about the scene."""
+class SceneInfo(_InWorld):
+    """What a controller or a fitness may know about the scene of an episode."""
 
     robots: int
+    """In the team."""
     control_steps: int
+    """To the horizon; an episode that ends at its success has fewer (``world["episode"]["until"]``)."""
     control_period: float
     """[s]"""
     observations: int = OBSERVATIONS
     commands: int = COMMANDS
+    observation_names: tuple[str, ...] = OBSERVATION_NAMES
+    """In the order of an observation."""
+    command_names: tuple[str, ...] = COMMAND_NAMES
+    """In the order of a command."""
+    world: World = field(default_factory=dict, hash=False)
+    """As in :class:`Telemetry`: ``scene.world["arena"]["size"]``."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "world", _read_only(self.world))
+
+    @property
+    def horizon(self) -> float:
+        """Of an episode [s]."""
+        return self.control_steps * self.control_period
 
 
 @dataclass(frozen=True)
@@ -400,7 +427,11 @@ class PythonController(Controller, Actor, Protocol):
 
 @runtime_checkable
 class Fitness(Protocol):
-    """Judges episodes. Factory: ``factory(**options)``."""
+    """Judges episodes. Factory: ``factory(**options)``.
+
+    A factory with a parameter ``scene`` gets a :class:`SceneInfo` there: it is called for each world that episodes are
+    in. All must measure the same; a range of an objective in a run is the widest that it has in any of the worlds.
+    """
 
     @property
     def objectives(self) -> Sequence[Objective]:

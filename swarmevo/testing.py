@@ -81,6 +81,11 @@ def random_genomes(space: GenomeSpace, n: int, seed: int = 0) -> FloatArray:
     return genomes
 
 
+def scene_of(robots: int, control_steps: int) -> SceneInfo:
+    """Return the default scene with so many robots and control steps of 0.1 s."""
+    return config.scene_info(Config(team=Team(robots=robots), episode=Episode(horizon=0.1 * control_steps)))
+
+
 def random_telemetry(
     channels: Sequence[str], episodes: int, steps: int = 20, robots: int = 5, seed: int = 0
 ) -> Telemetry:
@@ -103,7 +108,7 @@ def random_telemetry(
         _frozen(some_time(episodes, robots)),
         _frozen(some_time(episodes)),
         channels=recorded,
-        world=config.world(Config(team=Team(robots=robots), episode=Episode(horizon=0.1 * steps))),
+        world=scene_of(robots, steps).world,
     )
 
 
@@ -292,7 +297,7 @@ def _title(costs: Costs) -> str:
 class ControllerTests:
     """Tests that every controller must pass. Override :meth:`create`."""
 
-    scene = SceneInfo(robots=5, control_steps=20, control_period=0.1)
+    scene = scene_of(robots=5, control_steps=20)
 
     def create(self) -> Controller:
         """Return a new controller."""
@@ -407,10 +412,10 @@ class SwitchCounter:
 class FitnessTests:
     """Tests that every fitness must pass. Override :meth:`create`, and :meth:`controller` if it needs a certain one."""
 
-    scene = SceneInfo(robots=5, control_steps=200, control_period=0.1)
+    scene = scene_of(robots=5, control_steps=200)
 
     def create(self) -> Fitness:
-        """Return a new fitness."""
+        """Return a new fitness; one that takes a scene gets ``self.scene``."""
         raise NotImplementedError("create: expected an override that returns the fitness to test")
 
     def controller(self) -> Controller:

@@ -10,7 +10,7 @@ import pickle
 import numpy as np
 import pytest
 
-from swarmevo.protocols import CHANNELS, Telemetry
+from swarmevo.protocols import CHANNELS, SceneInfo, Telemetry
 
 WORLD = {"box": {"size": (0.3, 0.2, 0.1)}, "arena": {"target_wall": "east"}}
 
@@ -80,6 +80,26 @@ def test_telemetry_travels(duplicate: object) -> None:
     assert seen.world == WORLD
     with pytest.raises(TypeError, match="does not support item assignment"):
         seen.world["box"]["size"] = 1
+
+
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda seen: pickle.loads(pickle.dumps(seen))])
+def test_a_scene_travels_and_is_read_only(duplicate: object) -> None:
+    given = copy.deepcopy(WORLD)
+    scene = SceneInfo(robots=2, control_steps=30, control_period=0.1, world=given)
+    given["box"]["size"] = (9, 9, 9)
+    other = duplicate(scene)  # type: ignore[operator]
+    assert other == scene
+    assert hash(other) == hash(scene)
+    assert (other.horizon, other.world["box"]["size"]) == (3.0, (0.3, 0.2, 0.1))
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        other.world["box"]["size"] = 1
+
+
+def test_a_scene_names_what_a_controller_reads_and_says() -> None:
+    scene = SceneInfo(1, 1, 0.1)
+    assert scene.world == {}
+    assert len(scene.observation_names) == scene.observations
+    assert len(scene.command_names) == scene.commands
 
 
 def test_a_channels_sizes() -> None:

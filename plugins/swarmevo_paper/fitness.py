@@ -7,9 +7,12 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from swarmevo.protocols import Controller, FloatArray, Objective, Telemetry
+from swarmevo.protocols import Controller, FloatArray, Objective, SceneInfo, Telemetry
 
 SumCovers = Literal["both", "motion"]
+
+PAPERS_STRENGTH = 50.0
+"""Largest signal strength S (section V)."""
 
 
 class BoxPushing:
@@ -18,7 +21,9 @@ class BoxPushing:
     Args:
         sum_covers: Whether the sum covers ``both`` terms, or only the first (``motion``), S B being added as it is at
             the end of the episode.
-        strength: Largest signal strength S, of which the objective's range is made (paper: 50).
+        strength: Largest signal strength S, of which the objective's range is made. Nothing: the world's
+            (``emitter.strength``).
+        scene: That of the episodes; None: the paper's.
 
     Raises:
         ValueError: An option is out of its range.
@@ -26,7 +31,11 @@ class BoxPushing:
 
     channels = ("infrared", "touch", "rf", "command")
 
-    def __init__(self, sum_covers: SumCovers = "both", strength: float = 50.0) -> None:
+    def __init__(
+        self, sum_covers: SumCovers = "both", strength: float | None = None, scene: SceneInfo | None = None
+    ) -> None:
+        if strength is None:
+            strength = scene.world["emitter"]["strength"][1] if scene else PAPERS_STRENGTH
         if sum_covers not in get_args(SumCovers):
             raise ValueError(f"sum_covers: expected one of {', '.join(get_args(SumCovers))}, got {sum_covers!r}")
         if not isinstance(strength, (int, float)) or not 0 < strength < np.inf:

@@ -83,7 +83,7 @@ def record(config: Config, genes: FloatArray, keys: Sequence[EpisodeKey], thread
         keys=tuple(keys),
         episodes=episodes,
         objectives=tuple(team.objectives),
-        values=np.array([team.judge(episodes, everybody, i, in_range=False) for i in range(len(keys))]),
+        values=np.array([team.judge(episodes, everybody, i) for i in range(len(keys))]),
         terms=terms,
         explained=explained,
         complexity=float(team.complexity(genes[np.newaxis])[0]),

@@ -16,6 +16,7 @@ from swarmevo.config.models import (
     Section,
     Sensors,
     Team,
+    scene_info,
     world,
 )
 from swarmevo.config.overrides import as_overrides
@@ -46,6 +47,7 @@ __all__ = [
     "dump",
     "each_world",
     "load",
+    "scene_info",
     "seeded",
     "world",
     "world_errors",

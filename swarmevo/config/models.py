@@ -16,6 +16,8 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
+from swarmevo.protocols import SceneInfo
+
 FromList = Field(strict=False)  # YAML has lists, no tuples
 Number = Annotated[float, Field(ge=-100, le=100)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
@@ -358,3 +360,10 @@ WORLD: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", 
 def world(config: Config) -> dict[str, dict[str, Any]]:
     """Return the world of ``config``: of each section in :data:`WORLD` the keys and their values, lists as tuples."""
     return {name: getattr(config, name).model_dump() for name in WORLD}
+
+
+def scene_info(config: Config) -> SceneInfo:
+    """Return what a plugin may know about the scene of ``config``."""
+    episode = config.episode
+    steps = round(episode.horizon / episode.control_period)
+    return SceneInfo(config.team.robots, steps, episode.control_period, world=world(config))

@@ -111,8 +111,8 @@ class Evaluator:
 
     @property
     def objectives(self) -> list[Objective]:
-        """Of all fitness plugins, side by side."""
-        return self._setup.team.objectives
+        """Of all fitness plugins, side by side, each with the widest range that it has in any world."""
+        return self._setup.objectives
 
     @property
     def reference(self) -> FloatArray:

@@ -27,6 +27,7 @@ from swarmevo.errors import EvaluationError, Interrupted, PluginError
 from swarmevo.evolution import processes
 from swarmevo.evolution.identity import Identity, difference, identity
 from swarmevo.evolution.results import COLUMNS, Place, Results, joined
+from swarmevo.plugins.checked import check_together, widest
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import CHANNELS, FloatArray
 from swarmevo.simulation import EpisodeKey
@@ -140,12 +141,14 @@ class Setup:
         self.worlds = Worlds(config)
         self.team = Team(self.worlds[0].config)
         """In the first world."""
-        self.robots, steps = self.team.robots, self.team.scene.info.control_steps
-        for _, world in each_world(config):
-            scene = self.team.in_world(world).scene
-            self.robots, steps = max(self.robots, scene.info.robots), max(steps, scene.info.control_steps)
-        sizes = [CHANNELS[name].sizes(self.robots) for name in self.team.channels]
-        self.episode_bytes = 8 * steps * sum(map(math.prod, sizes))
+        teams = [self.team, *(self.team.in_world(world) for _, world in each_world(config))]
+        self.objectives: Final = widest([team.objectives for team in teams])
+        """Each with the widest range that it has in any world."""
+        check_together(self.objectives)
+        self.robots: Final = max(team.robots for team in teams)
+        steps = max(team.scene.info.control_steps for team in teams)
+        sizes = [CHANNELS[name].sizes(self.robots) for name in {name for team in teams for name in team.channels}]
+        self.episode_bytes: Final = 8 * steps * sum(map(math.prod, sizes))
         """Of the telemetry of the longest episode with the largest team, ``robots``."""
         self.timeout = config.evolution.episode_timeout
         self.goes_on = config.evolution.on_fault == "worst"
@@ -202,14 +205,15 @@ class Setup:
             left["homing_time"] = np.pad(
                 done.homing_time, ((0, 0), (0, self.robots - team.robots)), constant_values=np.nan
             )
-        return {**left, "objective": np.array([team.judge(done, job.genomes, i) for i in range(len(job.episodes))])}
+        objectives = [team.judge(done, job.genomes, i, self.objectives) for i in range(len(job.episodes))]
+        return {**left, "objective": np.array(objectives)}
 
     def _empty(self, job: Job) -> dict[str, NDArray[Any]]:
         """Return what episodes leave that have failed."""
         k = len(job.episodes)
-        shape = {"": (k,), "robots": (k, self.robots), "objectives": (k, len(self.team.objectives))}
+        shape = {"": (k,), "robots": (k, self.robots), "objectives": (k, len(self.objectives))}
         left = {column.name: np.full(shape[column.axis], column.failed, dtype=column.dtype) for column in COLUMNS}
-        left["objective"][:] = [objective.worst for objective in self.team.objectives]
+        left["objective"][:] = [objective.worst for objective in self.objectives]
         left["world"][:] = [self.worlds.number_of(key.repeat) for key in job.episodes]
         left["robots"][:] = [self.team_of(key).robots for key in job.episodes]
         return left

@@ -2,7 +2,7 @@
 """Plugins: finding, checking and making them; what they return, checked."""
 
 from swarmevo.errors import PluginError
-from swarmevo.plugins.options import HOST_PARAMETERS, Factory
+from swarmevo.plugins.options import HOST_PARAMETERS, OFFERED_PARAMETERS, Factory
 from swarmevo.plugins.registry import (
     GROUPS,
     PluginEntry,
@@ -14,11 +14,13 @@ from swarmevo.plugins.registry import (
     load,
     option_errors,
     settled_options,
+    takes,
 )
 
 __all__ = [
     "GROUPS",
     "HOST_PARAMETERS",
+    "OFFERED_PARAMETERS",
     "Factory",
     "PluginEntry",
     "PluginError",
@@ -30,4 +32,5 @@ __all__ = [
     "load",
     "option_errors",
     "settled_options",
+    "takes",
 ]

@@ -112,12 +112,30 @@ class CancellableController:
 class CheckedFitness:
     """A configured fitness; what it returns is checked, what it raises is explained."""
 
-    def __init__(self, name: str, options: dict[str, Any]) -> None:
+    def __init__(self, name: str, options: dict[str, Any], scene: SceneInfo) -> None:
         self._title = plugin_title("fitness", name)
-        self._made: Fitness = plugins.create("fitness", name, options)
+        self._name, self._options = name, options
+        self._made: Fitness = plugins.create("fitness", name, options, scene=scene)
         self.channels: tuple[str, ...] = _call(self._title, "channels", lambda: tuple(self._made.channels))
         self.objectives = self._checked_objectives()
         self._check_channels()
+
+    def in_scene(self, scene: SceneInfo) -> CheckedFitness:
+        """Return the fitness for another scene: the same one, unless its factory takes the scene.
+
+        Raises:
+            EvaluationError: It measures something else there.
+            PluginError: It cannot be made.
+        """
+        if not plugins.takes("fitness", self._name, "scene"):
+            return self
+        other = CheckedFitness(self._name, self._options, scene)
+        if list(map(_kind, other.objectives)) != list(map(_kind, self.objectives)):
+            raise EvaluationError(
+                f"{self._title}: objectives: expected the same in all worlds, but for their ranges, got "
+                f"{self.objectives} and {other.objectives}"
+            )
+        return other
 
     def _checked_objectives(self) -> tuple[Objective, ...]:
         given = _call(self._title, "objectives", lambda: tuple(self._made.objectives))
@@ -133,13 +151,17 @@ class CheckedFitness:
             )
 
     def evaluate(
-        self, telemetry: Telemetry, genomes: FloatArray, controller: Controller, in_range: bool = True
+        self,
+        telemetry: Telemetry,
+        genomes: FloatArray,
+        controller: Controller,
+        ranges: Sequence[Objective] | None = None,
     ) -> FloatArray:
-        """Return the objectives ``(m,)`` of one episode; ``in_range``: each must be in its declared range."""
+        """Return the objectives ``(m,)`` of one episode, which must be in these ``ranges``; None: whatever they are."""
         values = _call(self._title, "evaluate", self._made.evaluate, telemetry, genomes, controller)
         objectives = _numbers(self._title, "evaluate", values, (1, len(self.objectives)))
-        if in_range:
-            _check(self._title, "evaluate", returned.check_range, objectives, self.objectives)
+        if ranges is not None:
+            _check(self._title, "evaluate", returned.check_range, objectives, ranges)
         only: FloatArray = objectives[0]
         return only
 
@@ -181,6 +203,19 @@ def _check(title: str, method: str, check: Callable[..., Any], *values: object) 
 def _numbers(title: str, method: str, values: object, shape: tuple[int, ...]) -> FloatArray:
     found: FloatArray = _check(title, method, returned.numbers, values, shape)
     return found
+
+
+def _kind(objective: Objective) -> tuple[str, str, str]:
+    """Return what an objective is, whatever its range."""
+    return objective.name, objective.direction, objective.of
+
+
+def widest(worlds: Sequence[Sequence[Objective]]) -> list[Objective]:
+    """Return the objectives of several worlds, which differ in their ranges alone, with the widest range of each."""
+    return [
+        dataclasses.replace(same[0], range=(min(one.range[0] for one in same), max(one.range[1] for one in same)))
+        for same in zip(*worlds, strict=True)
+    ]
 
 
 def check_together(objectives: Sequence[Objective]) -> None:

@@ -28,7 +28,9 @@ HOST_PARAMETERS = {
     "fitness": (),
     "optimiser": ("space", "population", "objectives", "rng"),
 }
-"""What the host passes to each kind's factory, in this order; all other parameters are options."""
+"""What the host passes to each kind's factory, in this order."""
+OFFERED_PARAMETERS = {"controller": (), "fitness": ("scene",), "optimiser": ()}
+"""What it passes by name to the factories that have such a parameter; all others are options."""
 
 Factory = Callable[..., Any]
 
@@ -115,7 +117,20 @@ def options(kind: str, factory: Factory) -> list[Option] | None:
     for _ in HOST_PARAMETERS[kind]:
         if parameters and parameters[0].kind in (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD):
             parameters.pop(0)
-    return [_option(factory, parameter) for parameter in parameters if parameter.kind is not Parameter.VAR_POSITIONAL]
+    return [
+        _option(factory, parameter)
+        for parameter in parameters
+        if parameter.kind is not Parameter.VAR_POSITIONAL and parameter.name not in OFFERED_PARAMETERS[kind]
+    ]
+
+
+def taken_of(factory: Factory, offered: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of the offered arguments that a factory has a parameter for."""
+    try:
+        parameters = inspect.signature(factory).parameters
+    except (TypeError, ValueError):
+        return {}
+    return {name: value for name, value in offered.items() if name in parameters}
 
 
 def settled(kind: str, factory: Factory, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from swarmevo import returned
-from swarmevo.config import Config, Team, did_you_mean
+from swarmevo.config import Config, Team, did_you_mean, scene_info
 from swarmevo.config.yaml import plain
 from swarmevo.errors import PluginError
 from swarmevo.plugins import sources
 from swarmevo.plugins.calls import blamed, message, one_line
-from swarmevo.plugins.options import Factory, Option, of_name, settled
+from swarmevo.plugins.options import Factory, Option, of_name, settled, taken_of
 from swarmevo.plugins.options import options as options_of
 from swarmevo.protocols import (
     Block,
@@ -36,7 +36,6 @@ from swarmevo.protocols import (
     NativeController,
     Optimiser,
     PythonController,
-    SceneInfo,
 )
 
 GROUPS = {
@@ -182,7 +181,7 @@ def check(name: str) -> list[Report]:
 # ---- making ----------------------------------------------------------------------------------------------------------
 
 
-def create(kind: str, name: str, options: Mapping[str, Any], *args: Any) -> Any:
+def create(kind: str, name: str, options: Mapping[str, Any], *args: Any, **offered: Any) -> Any:
     """Load a plugin, check its options and make it.
 
     Args:
@@ -190,6 +189,7 @@ def create(kind: str, name: str, options: Mapping[str, Any], *args: Any) -> Any:
         name: Of the entry point.
         options: Keyword arguments of the factory.
         *args: What the host passes: ``HOST_PARAMETERS[kind]``.
+        **offered: What it passes to a factory that takes it: ``OFFERED_PARAMETERS[kind]``.
 
     Raises:
         PluginError: With everything that is wrong.
@@ -199,10 +199,20 @@ def create(kind: str, name: str, options: Mapping[str, Any], *args: Any) -> Any:
     known = options_of(kind, factory)
     if known is None:
         return _make(entry, factory, options, *args)
+    host = taken_of(factory, offered)
     if wrong := _option_errors(entry, known, options):
         raise PluginError(*wrong)
     taken = {name: option.taken(value) for name, value in options.items() if (option := of_name(known, name))}
-    return _make(entry, factory, taken, *args)
+    return _make(entry, factory, taken, *args, **host)
+
+
+def takes(kind: str, name: str, parameter: str) -> bool:
+    """Return whether a plugin's factory has one of ``OFFERED_PARAMETERS[kind]``.
+
+    Raises:
+        PluginError: The plugin cannot be loaded.
+    """
+    return bool(taken_of(load(find(kind, name)), {parameter: None}))
 
 
 def settled_options(kind: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -223,7 +233,7 @@ def option_errors(config: Config) -> list[str]:
     """
     errors: list[str] = []
     controllers = _try_all("controller", config.controller, errors)
-    judges = _try_all("fitness", config.fitness, errors)
+    judges = _try_all("fitness", config.fitness, errors, scene=scene_info(config))
     try:
         space = _space(config, *controllers.values())
         objectives = sum(_objectives(name, judge) for name, judge in judges.items()) or 1
@@ -234,12 +244,14 @@ def option_errors(config: Config) -> list[str]:
     return errors
 
 
-def _try_all(kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any) -> dict[str, Any]:
+def _try_all(
+    kind: str, chosen: Mapping[str, Mapping[str, Any]], errors: list[str], *args: Any, **offered: Any
+) -> dict[str, Any]:
     """Make the chosen plugins of a kind, by name; append what is wrong to ``errors``."""
     made = {}
     for name, options in chosen.items():
         try:
-            made[name] = create(kind, name, options, *args)
+            made[name] = create(kind, name, options, *args, **offered)
         except PluginError as error:
             errors += error.errors
     return made
@@ -249,11 +261,9 @@ def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
     """Return the genome that the optimiser will see, or any if there is no controller to ask."""
     if controller is None:
         return _ANY_SPACE
-    steps = round(config.episode.horizon / config.episode.control_period)
-    scene = SceneInfo(config.team.robots, steps, config.episode.control_period)
     name = next(iter(config.controller))
     with blamed(lambda error: PluginError(f"controller.{name}: {_reason(error)}")):
-        return individual_space(returned.space(controller.space(scene)), config.team)
+        return individual_space(returned.space(controller.space(scene_info(config))), config.team)
 
 
 def _objectives(name: str, judge: Fitness) -> int:
@@ -267,7 +277,7 @@ def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
     return robot.tile(team.robots) if team.has_own_genomes else robot
 
 
-def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *args: Any) -> Any:
+def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *args: Any, **offered: Any) -> Any:
     def refused(error: BaseException) -> PluginError:
         # Where the message begins with an option, it reads as that option's place in the configuration.
         reason = _reason(error)
@@ -275,7 +285,7 @@ def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *arg
         return PluginError(f"{entry.kind}.{entry.name}{mark}{reason} (refused by {entry.origin})")
 
     with blamed(refused, f"{entry}: factory"):
-        plugin = factory(*args, **options)
+        plugin = factory(*args, **offered, **options)
         lacking = [_lacking(plugin, protocol) for protocol in _PROTOCOLS[entry.kind]]  # a property is code, too
     if all(lacking):
         raise PluginError(f"{entry}: expected the methods of the protocol, got none called {' or '.join(lacking)}")
@@ -290,7 +300,8 @@ def _report(entry: PluginEntry) -> Report:
         options = tuple(str(option.parameter) for option in known)
         if not any(option.is_required for option in known):
             host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
-            _make(entry, factory, {}, *host)
+            offered = {"scene": scene_info(Config())} if entry.kind == "fitness" else {}
+            _make(entry, factory, {}, *host, **taken_of(factory, offered))
         find(entry.kind, entry.name)
         return Report(entry, options, None)
     except PluginError as error:

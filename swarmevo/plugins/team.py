@@ -70,28 +70,25 @@ class Team:
 
     def __init__(self, settings: Config) -> None:
         self.config = settings
-        self._world = config.world(settings)
         self.scene = simulation.Scene(settings)
         self.robots = self.scene.info.robots
         self._controller = CheckedController(settings, self.scene.info)
-        self._fitness = [CheckedFitness(name, options) for name, options in settings.fitness.items()]
-        self.objectives: list[Objective] = [objective for one in self._fitness for objective in one.objectives]
+        self._fitness = [CheckedFitness(name, options, self.scene.info) for name, options in settings.fitness.items()]
         check_together(self.objectives)
-        self.channels = sorted({channel for fitness in self._fitness for channel in fitness.channels})
-        """Telemetry that the fitness functions need."""
         self.space: GenomeSpace = individual_space(self._controller.space, settings.team)
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
         self._judged = JudgedController(self._controller, settings.team)
 
     def in_world(self, settings: Config) -> Team:
-        """Return this team, its plugins the same, in another world.
+        """Return this team in another world, its plugins the same, but for a fitness that is made for a scene.
 
         Raises:
-            EvaluationError: The controller's genome is another one there.
+            EvaluationError: The controller's genome is another one there, or a fitness measures something else.
+            PluginError: A fitness cannot be made for that scene.
             SimulatorError: The library refuses the scene.
         """
         other = copy.copy(self)
-        other.config, other._world = settings, config.world(settings)
+        other.config = settings
         other.scene = simulation.Scene(settings)
         other.robots = other.scene.info.robots
         if (space := self._controller.checked_space(other.scene.info)) != self._controller.space:
@@ -99,7 +96,18 @@ class Team:
                 f"{self._controller.title}: space: expected the same genome in all worlds, of "
                 f"{self._controller.space.size} genes, got one of {space.size} with {other.robots} robots"
             )
+        other._fitness = [fitness.in_scene(other.scene.info) for fitness in self._fitness]
         return other
+
+    @property
+    def objectives(self) -> list[Objective]:
+        """Of all fitness functions, side by side, with the ranges that they have in this world."""
+        return [objective for fitness in self._fitness for objective in fitness.objectives]
+
+    @property
+    def channels(self) -> list[str]:
+        """Telemetry that the fitness functions need."""
+        return sorted({channel for fitness in self._fitness for channel in fitness.channels})
 
     @property
     def is_native(self) -> bool:
@@ -164,25 +172,27 @@ class Team:
         except simulation.InvalidArgument as error:
             raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
 
-    def judge(self, done: Episodes, genomes: FloatArray, i: int, in_range: bool = True) -> FloatArray:
+    def judge(
+        self, done: Episodes, genomes: FloatArray, i: int, ranges: Sequence[Objective] | None = None
+    ) -> FloatArray:
         """Return the objectives ``(m,)`` of episode i, in which ``genomes[i]`` acted.
 
         Args:
             done: The episodes.
             genomes: ``(n, space.size)``.
             i: From 0.
-            in_range: Whether each must be in its declared range. In another world than the run's it need not.
+            ranges: The objectives in whose ranges the values must be; None: whatever they are.
 
         Raises:
-            EvaluationError: A fitness function failed.
+            EvaluationError: A fitness function failed, or a value is out of its range.
         """
-        genome = genomes[i : i + 1]
-        return np.concatenate(
-            [
-                fitness.evaluate(self._alone(done, i, fitness.channels), genome.copy(), self._judged, in_range)
-                for fitness in self._fitness
-            ]
-        )
+        genome, found, start = genomes[i : i + 1], [], 0
+        for fitness in self._fitness:
+            end = start + len(fitness.objectives)
+            telemetry, allowed = self._alone(done, i, fitness.channels), ranges and ranges[start:end]
+            found.append(fitness.evaluate(telemetry, genome.copy(), self._judged, allowed))
+            start = end
+        return np.concatenate(found)
 
     def terms(self, done: Episodes, i: int) -> tuple[int, Mapping[str, FloatArray]]:
         """Return the parts of an objective in episode i, ``(steps done,)`` each, and that objective's number.
@@ -216,4 +226,4 @@ class Team:
         arrays |= {name: telemetry.channels[name][i : i + 1, :steps] for name in channels}
         for array in arrays.values():
             array.flags.writeable = False  # the next fitness reads it too
-        return Telemetry(control_period=telemetry.control_period, world=self._world, **arrays)
+        return Telemetry(control_period=telemetry.control_period, world=self.scene.info.world, **arrays)

@@ -19,7 +19,15 @@ from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column
 from swarmevo.plugins.team import Team
 from swarmevo.printable import printable
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, FeedForward, FloatArray, Objective
+from swarmevo.protocols import (
+    COMMAND_NAMES,
+    COMMANDS,
+    OBSERVATION_NAMES,
+    OBSERVATIONS,
+    FeedForward,
+    FloatArray,
+    Objective,
+)
 from swarmevo.runs.store import Store
 
 FORMAT: Final = 1
@@ -28,8 +36,6 @@ Target = Literal["epuck", "webots"]
 
 _FORMULA: Final = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """What a formula of a spreadsheet begins with, in the width of East Asian text too."""
-OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i in range(4)), "signal_strength")
-"""In the order of a controller's input."""
 
 
 # ---- episodes --------------------------------------------------------------------------------------------------------
@@ -199,7 +205,7 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         "blocks": {name: block.tolist() for name, block in team.space.split(genes).items()},
         "networks": [_plain(network) for network in networks(team, genes)],
         "observations": OBSERVATION_NAMES,
-        "commands": ["left", "right"],
+        "commands": COMMAND_NAMES,
         "scales": _scales(config),
     }
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from swarmevo.config import WORLD, Config, Team
+from swarmevo.config import WORLD, Config, Team, scene_info
 from swarmevo.errors import InvalidArgument
-from swarmevo.protocols import FloatArray, SceneInfo
+from swarmevo.protocols import FloatArray
 from swarmevo.simulation._ffi import check, load
 
 _OWN_CARE = {"start", "start_poses"}  # copied by _native_config: rows of robots are resolved to poses first
@@ -91,11 +91,7 @@ class Scene:
         handle = ffi.new("swe_scene **")
         check(lib.swe_scene_create(handle, native))
         self._handle = ffi.gc(handle[0], lib.swe_scene_destroy)
-        self.info = SceneInfo(
-            robots=lib.swe_scene_robots(self._handle),
-            control_steps=lib.swe_scene_control_steps(self._handle),
-            control_period=config.episode.control_period,
-        )
+        self.info = scene_info(config)
 
     @property
     def ends_with_push(self) -> bool:

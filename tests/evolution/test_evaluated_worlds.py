@@ -14,6 +14,7 @@ import toy_plugins
 from swarmevo import config
 from swarmevo.analysis import fronts
 from swarmevo.config import Config
+from swarmevo.errors import EvaluationError
 from swarmevo.evolution.aggregation import OverWorlds
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.jobs import Job, Setup
@@ -129,6 +130,75 @@ def test_an_episode_that_failed_is_known_with_its_world() -> None:
     lost = setup.failed(job, "reason", 0.0)
     assert (lost["world"][0], lost["robots"][0], lost["hash"][0]) == (1, 4, 0)
     assert lost["objective"].tolist() == [[0.0, 15.0]]
+
+
+# ---- what a fitness is told of its scene ----------------------------------------------------------------------------
+
+SCENIC = """
+import numpy as np
+from swarmevo.protocols import Objective
+
+class Scenic:
+    channels = ()
+
+    def __init__(self, scene, beyond: float = 0.0, odd: bool = False):
+        self._scene, self._beyond = scene, beyond
+        name = f"score_{scene.robots}" if odd else "score"
+        self.objectives = (Objective(name, "maximise", (-scene.robots, scene.horizon)),)
+
+    def evaluate(self, telemetry, genomes, controller):
+        assert telemetry.world == self._scene.world
+        return np.full((len(genomes), 1), self._scene.horizon + self._beyond)
+"""
+
+
+@pytest.fixture
+def scenic(distribution: Any) -> None:
+    distribution("scenic", "1.0", {"swarmevo.fitness": {"scenic": "scenic:Scenic"}}, scenic=SCENIC)
+
+
+@pytest.mark.usefixtures("scenic")
+def test_a_fitness_is_made_for_each_world_and_has_the_widest_range() -> None:
+    worlds = "worlds=[{team.robots: 2}, {team.robots: 4, episode.horizon: 1}]"
+    chosen = config.load("paper", [worlds, "fitness=scenic", "evolution.seed=3", "evolution.repeats=1"])
+    chosen = config.changed(chosen, ["episode.horizon=2"])
+    with Evaluator(chosen, 1) as evaluator:
+        found = evaluator.evaluate(random_genomes(evaluator.space, 2), 0, 0)
+        assert evaluator.objectives == [Objective("score", "maximise", (-4.0, 2.0))]
+    assert found.episodes.grid("objective")[..., 0].tolist() == [[2.0, 1.0]] * 2
+
+
+@pytest.mark.usefixtures("scenic")
+def test_a_fitness_is_made_for_what_varies() -> None:
+    """The range is that of the ends; each episode has its own scene."""
+    vary = "vary.episode.horizon={choice: [0.5, 1, 1.5]}"
+    chosen = config.load("paper", [vary, "fitness=scenic", "evolution.seed=3", "evolution.repeats=8"])
+    chosen = config.changed(chosen, ["episode.horizon=0.5"])
+    with Evaluator(chosen, 1) as evaluator:
+        found = evaluator.evaluate(random_genomes(evaluator.space, 1), 0, 0)
+        assert evaluator.objectives == [Objective("score", "maximise", (-5.0, 1.5))]
+    horizons = [other_world.of_episode(chosen, EpisodeKey(3, 0, 0, i)).episode.horizon for i in range(8)]
+    assert found.episodes.grid("objective")[0, :, 0].tolist() == horizons
+    assert set(horizons) == {0.5, 1.0, 1.5}
+
+
+@pytest.mark.usefixtures("scenic")
+def test_a_fitness_must_measure_the_same_in_all_worlds() -> None:
+    chosen = config.load("paper", ["worlds=[{team.robots: 2}, {team.robots: 4}]", "fitness.scenic.odd=true"])
+    message = r"^fitness\.scenic \(scenic 1\.0\): objectives: expected the same in all worlds, .*score_2.*score_4"
+    with pytest.raises(EvaluationError, match=message):
+        Setup(chosen)
+
+
+@pytest.mark.usefixtures("scenic")
+def test_a_value_outside_the_widest_range_is_one_error() -> None:
+    chosen = config.load("paper", ["fitness.scenic.beyond=0.5", "evolution.seed=3", "episode.horizon=1"])
+    message = (
+        r"^fitness\.scenic \(scenic 1\.0\): evaluate: expected score in its range from -5 to 1, got 1\.5; .*, "
+        "in trial 0, generation 0, individual 0, repeat 0"
+    )
+    with Evaluator(chosen, 1) as evaluator, pytest.raises(EvaluationError, match=message):
+        evaluator.evaluate(random_genomes(evaluator.space, 1), 0, 0)
 
 
 # ---- runs ------------------------------------------------------------------------------------------------------------

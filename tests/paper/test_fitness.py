@@ -9,6 +9,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from swarmevo import config
 from swarmevo.protocols import Objective, SceneInfo, Telemetry
 from swarmevo.testing import FitnessTests, SwitchCounter, random_telemetry
 from swarmevo_paper.fitness import BoxPushing, HiddenNeurons
@@ -102,6 +103,14 @@ def test_a_sum_over_motion_adds_the_last_pushing():
 def test_names_and_ranges():
     assert BoxPushing().objectives == (Objective("box_pushing", "maximise", (0.0, 100.0)),)
     assert BoxPushing(strength=10).objectives[0].range == (0.0, 20.0)
+
+
+def test_the_range_of_f1_is_made_of_the_strength_in_its_scene():
+    assert BoxPushing().objectives[0].range == (0.0, 100.0)
+    scene = config.scene_info(config.load("paper", ["emitter.strength=[1, 300]"]))
+    assert BoxPushing(scene=scene).objectives[0].range == (0.0, 600.0)
+    assert BoxPushing(strength=10, scene=scene).objectives[0].range == (0.0, 20.0)
+    assert BoxPushing(scene=config.scene_info(config.load("paper", []))).objectives == BoxPushing().objectives
     assert HiddenNeurons(20).objectives == (Objective("hidden_neurons", "minimise", (0.0, 20.0)),)
     assert not HiddenNeurons().channels
 

@@ -155,6 +155,57 @@ def test_a_controller_has_policies_or_acts(distribution: Install) -> None:
         plugins.create("controller", "half", {})
 
 
+SCENIC = """
+class Scenic:
+    channels = ()
+    objectives = ()
+    def __init__(self, SCENE, size: float = 1.0):
+        self.scene, self.size = scene, size
+    def evaluate(self, telemetry, genomes, controller): ...
+"""
+
+
+@pytest.mark.parametrize("parameter", ["scene", "*, scene", "scene=None"])
+def test_a_fitness_that_takes_the_scene_gets_it(distribution: Install, parameter: str) -> None:
+    source = SCENIC.replace("SCENE", parameter)
+    source = source.replace(", size: float = 1.0", ", size=1.0") if "*" in parameter else source
+    distribution("hills", "1.2", {"swarmevo.fitness": {"scenic": "scenic:Scenic"}}, scenic=source)
+    scene = config.scene_info(Config())
+    made = plugins.create("fitness", "scenic", {"size": 2.0}, scene=scene)
+    assert (made.scene, made.size) == (scene, 2.0)
+    assert plugins.takes("fitness", "scenic", "scene")
+    assert not plugins.takes("fitness", "success", "scene")
+    (report,) = plugins.check("scenic")
+    assert report.error is None
+    assert not [option for option in report.options if "scene" in option]
+    with pytest.raises(PluginError, match=r"^fitness\.scenic\.scene: unknown option of hills 1\.2; scenic has size$"):
+        plugins.create("fitness", "scenic", {"scene": 3}, scene=scene)
+
+
+def test_a_factory_whose_signature_nobody_knows_gets_no_scene(distribution: Install) -> None:
+    source = """
+    class Any:
+        __signature__ = "none"
+        channels = objectives = ()
+        def __init__(self, **options):
+            self.options = options
+        def evaluate(self, telemetry, genomes, controller): ...
+    """
+    distribution("hills", "1.2", {"swarmevo.fitness": {"any": "anything:Any"}}, anything=source)
+    assert plugins.create("fitness", "any", {"size": 2.0}, scene=config.scene_info(Config())).options == {"size": 2.0}
+
+
+def test_a_scene_that_the_factory_refuses_is_told_with_the_configuration(distribution: Install) -> None:
+    source = SCENIC.replace("SCENE", "scene").replace(
+        "self.scene, self.size = scene, size",
+        "raise ValueError(f'scene: expected a horizon up to 100 s, got {scene.horizon:g} s')",
+    )
+    distribution("hills", "1.2", {"swarmevo.fitness": {"scenic": "scenic:Scenic"}}, scenic=source)
+    assert plugins.option_errors(Config.model_validate({"fitness": "scenic"})) == [
+        "fitness.scenic: scene: expected a horizon up to 100 s, got 180 s (refused by hills 1.2)"
+    ]
+
+
 # ---- options ---------------------------------------------------------------------------------------------------------
 
 

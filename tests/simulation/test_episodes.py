@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from forks import in_a_fork
 from swarmevo import simulation
-from swarmevo.config import Config
+from swarmevo.config import Config, Team
 from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import CHANNELS, COMMANDS, OBSERVATIONS, Compiled, FeedForward, FloatArray
 from swarmevo.simulation import EpisodeKey, Scene, simulate, simulate_lockstep
+from swarmevo.simulation._ffi import load
 
 WORLD = ("arena", "box", "emitter", "robot", "sensors", "noise", "physics", "episode")
 FIXTURE = Path(__file__).parents[2] / "native" / "tests" / "fixture.hpp"
@@ -191,6 +192,16 @@ def test_native_fixture_has_the_defaults() -> None:
 def test_scene_tells_robots_and_steps() -> None:
     info = Scene(Config()).info
     assert (info.robots, info.control_steps, info.control_period) == (5, 1800, 0.1)
+
+
+def test_a_scene_tells_what_the_library_has() -> None:
+    """Also where the horizon is no exact number of control periods in binary."""
+    lib = load()[1]
+    for horizon, period, robots in ((180.0, 0.1, 5), (0.3, 0.1, 1), (1000.1, 0.1, 3), (0.15, 0.05, 2)):
+        settings = changed("episode", horizon=horizon, control_period=period)
+        scene = Scene(settings.model_copy(update={"team": Team(robots=robots)}))
+        assert scene.info.control_steps == lib.swe_scene_control_steps(scene._handle)
+        assert scene.info.robots == lib.swe_scene_robots(scene._handle)
 
 
 def test_every_error_of_a_world_is_listed() -> None:
@@ -380,7 +391,7 @@ def test_a_compiled_function_that_exits_is_told(tmp_path: Path) -> None:
     subprocess.run([compiler, "-shared", "-fPIC", "exits.c", "-o", "exits.so"], cwd=tmp_path, check=True)
     program = f"""
 import ctypes, numpy as np
-from swarmevo.config import Config
+from swarmevo.config import Config, Team
 from swarmevo.protocols import Compiled
 from swarmevo.simulation import EpisodeKey, Scene, simulate
 drive = ctypes.cast(ctypes.CDLL({str(tmp_path / "exits.so")!r}).drive, ctypes.c_void_p).value
@@ -473,8 +484,6 @@ def test_library_tells_what_it_is_and_survives_an_assertion_of_ode() -> None:
 
 
 def test_observation_and_command_sizes_are_the_headers() -> None:
-    from swarmevo.simulation._ffi import load
-
     _, lib = load()
     assert lib.SWE_OBSERVATIONS == OBSERVATIONS
     assert lib.SWE_COMMANDS == COMMANDS
