@@ -20,7 +20,8 @@ from matplotlib.figure import Figure
 
 from benchmarks import reference
 from benchmarks.cases import changed
-from benchmarks.validation_meetings import REFERENCE_STEP, reference_poses, simulated_poses
+from benchmarks.twin import REFERENCE_STEP
+from benchmarks.validation_meetings import reference_poses, simulated_poses
 from benchmarks.validation_scenes import (
     AWAY,
     DRIVES,

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from benchmarks import reference
 from benchmarks.cases import changed
-from benchmarks.reference import Planar
+from benchmarks.twin import REFERENCE_STEP, twin
 from benchmarks.validation_scenes import (
     AWAY,
     DRIVES,
@@ -40,8 +40,6 @@ STEPS: Mapping[Drive, Sequence[float]] = {
     "articulated": (0.001, 0.004),
 }
 """The time steps that are compared [s]."""
-REFERENCE_STEP = 1e-5
-"""Of the reference [s]."""
 LARGEST_WAY_ERROR, LARGEST_TURN_ERROR = 0.02, np.radians(2.0)
 """What the default time step must keep: of the longest way in the case, and of any heading [rad]."""
 LARGEST_BLOW_ERROR, LARGEST_BLOW_TURN_ERROR = 0.5e-3, np.radians(0.2)
@@ -59,48 +57,11 @@ _FULL, _PARKED = (1.0, 1.0), (0.0, 0.0)
 # ---- either world ----------------------------------------------------------------------------------------------------
 
 
-def twin(
-    config: Config, shift_loads: bool = False, time_step: float = REFERENCE_STEP, **own_parameters: float
-) -> Planar:
-    """Return the reference's world of a config whose robots start at ``start_poses``, with the same parameters.
-
-    Its own parameters are those that no config has, such as the stiffness of its feet.
-    """
-    robot, physics = config.robot, config.physics
-    return Planar(
-        config.team.start_poses,
-        box=config.box.pose,
-        box_velocity=config.box.velocity,
-        bumper=robot.bumper,
-        time_step=time_step,
-        arena_size=config.arena.size,
-        robot_mass=robot.mass,
-        robot_radius=robot.radius,
-        axle=robot.axle_length,
-        wheel_radius=robot.wheel_radius,
-        wheel_top_speed=robot.top_speed,
-        mu_wheel=physics.wheel_friction,
-        mass_height=robot.centre_of_mass,
-        caster_offset=robot.caster_offset,
-        box_mass=config.box.mass,
-        box_length=config.box.size[0],
-        box_width=config.box.size[1],
-        mu_box=physics.box_friction,
-        push_height=config.box.size[2] / 2,
-        shift_loads=shift_loads,
-        mu_side=physics.side_friction,
-        bumper_stiffness=robot.bumper_stiffness,
-        bumper_damping=robot.bumper_damping,
-        bumper_travel=robot.bumper_travel,
-        **own_parameters,
-    )
-
-
 def reference_poses(
     config: Config, commands: Sequence[Sequence[float]], shift_loads: bool = False, time_step: float = REFERENCE_STEP
 ) -> FloatArray:
     """Return what the reference makes of held commands at the control steps: ``(steps, bodies, 3)``, the box last."""
-    world, period = twin(config, shift_loads, time_step), config.episode.control_period
+    world, period = twin(config, shift_loads=shift_loads, time_step=time_step), config.episode.control_period
     world.set(commands)
     poses = [world.state()[:, :3]]
     for _ in range(round(config.episode.horizon / period) - 1):

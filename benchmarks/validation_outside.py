@@ -17,7 +17,8 @@ import numpy as np
 
 from benchmarks import reference
 from benchmarks.cases import changed
-from benchmarks.validation_meetings import CASES, Case, reference_poses, simulated_poses, twin
+from benchmarks.twin import twin
+from benchmarks.validation_meetings import CASES, Case, reference_poses, simulated_poses
 from benchmarks.validation_scenes import (
     NORTH,
     TIME_STEPS,
