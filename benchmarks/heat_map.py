@@ -18,7 +18,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from benchmarks.results import table
+from benchmarks import made_by
+from benchmarks.pages import table
 from swarmevo import config as configuration
 from swarmevo import simulation
 from swarmevo.analysis import assessment, shipped
@@ -63,13 +64,19 @@ class Chosen(NamedTuple):
     title: str
     config: Config
     genes: FloatArray
+    origin: str = ""
+    """Of its run, a sentence."""
 
 
 def chosen(run: str) -> Chosen:
     folder, genome = run_and_individual(run)
     with Store.open(folder) as store:
         id, _ = assessment.watched(store, genome)
-        return Chosen(f"{folder.name}, individual {id}", other_world.test_world(store.config), store.genome(id))
+        which = "the first of the front" if genome is None else f"individual {id}"
+        _, command = made_by.evolution(store.config, folder)
+        trials = f"{len(store.trials())} of {store.config.evolution.trials} trials"
+        origin = f'"{folder.name}" is {which} of `{command}`, {trials}.'
+        return Chosen(f"{folder.name}, individual {id}", other_world.test_world(store.config), store.genome(id), origin)
 
 
 def push_rate(one: Chosen, overrides: Sequence[str], robots: int, tests: int) -> float:
@@ -111,12 +118,13 @@ def draw(found: dict[str, dict[str, FloatArray]], file: Path) -> None:
         picture.savefig(file, dpi=150)
 
 
-def page(found: dict[str, dict[str, FloatArray]], tests: int) -> Iterator[str]:
+def page(everybody: Sequence[Chosen], found: dict[str, dict[str, FloatArray]], tests: int, made: str) -> Iterator[str]:
     low, high = wilson(0.9 * tests, tests)
     yield (
         "# Beyond the world of evolution\n\n"
         f"Share of {tests} fresh tests in which the box comes to the wall, in per cent, when one thing of the paper's "
         f"world changes at a time. The 95 % interval of a rate of 90 % is {100 * low:.0f} to {100 * high:.0f} %.\n\n"
+        f"{' '.join([*(one.origin for one in everybody if one.origin), f'Made by `{made}`.'])}\n\n"
         "![Heat map of the tables below](robustness.png)\n"
     )
     for title, rates in found.items():
@@ -141,7 +149,9 @@ def main() -> None:
     found = {one.title: measure(one, arguments.tests) for one in everybody}
     FOLDER.mkdir(exist_ok=True)
     draw(found, FOLDER / "robustness.png")
-    (FOLDER / "robustness.md").write_text("".join(page(found, arguments.tests)), encoding="utf-8")
+    made = made_by.this_command("benchmarks.heat_map", *(run_and_individual(run)[0] for run in arguments.runs))
+    text = "".join(page(everybody, found, arguments.tests, made))
+    (FOLDER / "robustness.md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

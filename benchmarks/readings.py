@@ -6,25 +6,27 @@
 Where the paper is silent, a reading of it is a few overrides of ``configs/paper.yaml``. Each is evolved from the same
 seed with the same budget in episodes, in a run folder of its own below ``--out``; then all controllers of its fronts
 are tested on fresh seeds, in its own world and in teams of one to five, and their table is held against the paper's.
-What is stored is not run again: after Ctrl-C or ``kill -9`` the same command goes on. With ``--stored`` nothing is run:
-the page has the readings that are finished.
+What is stored is not run again: after Ctrl-C or ``kill -9`` the same command goes on. Half of the trials of all
+readings come first, then the others; ``--stored`` runs nothing and shows what there is by then.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from benchmarks.readings_page import Found, found_in, page
-from swarmevo import api
-from swarmevo.analysis import assessment, fronts
+from benchmarks.readings_page import Found, complete_trials, found_in, page
+from swarmevo.analysis import assessment
 from swarmevo.config import Config
-from swarmevo.errors import StoreError, SwarmevoError
+from swarmevo.errors import Interrupted, StoreError, SwarmevoError
 from swarmevo.plugins.team import load_config
+from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 
 
@@ -91,45 +93,55 @@ def settings_of(reading: Reading, seed: int, trials: int, episodes: int) -> Conf
     return load_config("paper", [*reading.overrides, f"evolution.seed={seed}", *budget])
 
 
-def is_evolved(folder: Path, settings: Config) -> bool:
-    """Return whether a run folder is there, and finished.
+def evolve(folder: Path, settings: Config, trials: int, workers: int) -> None:
+    """Evolve the first trials of a reading, as far as they are not stored.
 
     Raises:
-        StoreError: There is a run of another configuration.
+        StoreError: The folder has a run of another configuration.
     """
     if not folder.exists():
-        return False
-    with Store.open(folder) as store:
-        if store.config != settings:
-            wanted = settings.evolution
-            raise StoreError(
-                f"{folder}: expected a run of this reading with seed {wanted.seed}, {wanted.trials} trials and "
-                f"{wanted.episodes} episodes each, got another; choose another --out"
-            )
-        return fronts.is_complete(store)
-
-
-def evolve(folder: Path, settings: Config, workers: int) -> None:
-    """Bring a reading's run to its end."""
-    if not folder.exists():
         folder.parent.mkdir(parents=True, exist_ok=True)
-        api.evolve(settings, out=folder, workers=workers)
-    elif not is_evolved(folder, settings):
-        api.resume(folder, workers=workers)
+        driver.begin(folder, settings)
+    with opened(folder, settings, readonly=False) as store, suppress(Interrupted):
+        driver.evolve(store, workers, lambda now: None, stop=lambda: len(complete_trials(store)) >= trials)
 
 
-def finished(readings: Sequence[Reading], arguments: argparse.Namespace) -> Iterator[Found]:
-    """Evolve and test the readings, or, with ``--stored``, look at those that are finished."""
-    for reading in readings:
-        settings = settings_of(reading, arguments.seed, arguments.trials, arguments.episodes)
-        folder = arguments.out / reading.name
-        if arguments.stored and not is_evolved(folder, settings):
-            continue
-        print(reading.name, file=sys.stderr, flush=True)
-        evolve(folder, settings, arguments.workers)
-        with Store.open(folder) as store:
-            tests = assessment.assess(store, repeats=arguments.repeats, workers=arguments.workers)
-            yield found_in(reading.name, store, tests)
+def opened(folder: Path, settings: Config, readonly: bool = True) -> Store:
+    """Open a reading's run.
+
+    Raises:
+        StoreError: It is of another configuration.
+    """
+    store = Store.open(folder, readonly=readonly)
+    if store.config == settings:
+        return store
+    store.close()
+    wanted = settings.evolution
+    raise StoreError(
+        f"{folder}: expected a run of this reading with seed {wanted.seed}, {wanted.trials} trials and "
+        f"{wanted.episodes} episodes each, got another; choose another --out"
+    )
+
+
+def run(settings: Mapping[Path, Config], repeats: int, workers: int) -> None:
+    """Evolve and test all readings; ``settings`` has the configuration of each folder."""
+    for share in (0.5, 1.0):
+        for folder, reading in settings.items():
+            trials = math.ceil(share * reading.evolution.trials)
+            print(f"{folder}: {trials} of {reading.evolution.trials} trials", file=sys.stderr, flush=True)
+            evolve(folder, reading, trials, workers)
+            with opened(folder, reading) as store:
+                assessment.assess(store, repeats=repeats, workers=workers)
+
+
+def stored(settings: Mapping[Path, Config]) -> Iterator[Found]:
+    """Yield what there is of each reading that has been tested."""
+    for folder, reading in settings.items():
+        if folder.exists():
+            with opened(folder, reading) as store:
+                tests = assessment.stored(store)
+                if tests and (found := found_in(folder.name, store, tests)):
+                    yield found
 
 
 def main() -> None:
@@ -144,8 +156,14 @@ def main() -> None:
     parser.add_argument("--stored", action="store_true", help="run nothing")
     arguments = parser.parse_args()
     readings = [one for one in READINGS if not arguments.only or one.name in arguments.only]
+    settings = {
+        arguments.out / one.name: settings_of(one, arguments.seed, arguments.trials, arguments.episodes)
+        for one in readings
+    }
     try:
-        found = list(finished(readings, arguments))
+        if not arguments.stored:
+            run(settings, arguments.repeats, arguments.workers)
+        found = list(stored(settings))
     except SwarmevoError as error:
         sys.exit(f"error: {error}")
     print(page(found, {one.name: (one.meaning, one.overrides) for one in readings}), end="")

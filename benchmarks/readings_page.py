@@ -13,9 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.results import table
+from benchmarks.pages import table
 from swarmevo.analysis import fronts
 from swarmevo.analysis.table_ii import PAPER, Assessment, Tested
+from swarmevo.evolution.budget import Budget
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.store import Store
 
@@ -44,16 +45,25 @@ class Found:
         return tuple(rates[:1] for rates in self.trials)
 
 
-def found_in(name: str, store: Store, tests: Assessment) -> Found:
-    """Return the rates that tests of a run's fronts gave."""
-    of = {(one.trial, one.genome): _rates(one) for one in tests.controllers}
-    members = [[of[trial, point.genome] for point in fronts.front(store, trial)] for trial in store.trials()]
+def found_in(name: str, store: Store, tests: Assessment) -> Found | None:
+    """Return the rates that tests gave, of the trials that are complete and tested; None: there are less than two."""
+    of = {(one.trial, one.genome): _rates(one) for one in tests.controllers if len(one.outcomes) == SIZES}
+    trials = []
+    for trial in complete_trials(store):
+        members = [of.get((trial, point.genome)) for point in fronts.front(store, trial)]
+        if all(rates is not None for rates in members):
+            trials.append(np.array(members))
     evolution = store.config.evolution
-    budget = (
-        f"seed {evolution.seed}, {evolution.trials} trials of {evolution.episodes:,} episodes, "
-        f"{store.config.episode.horizon:g} s each"
-    )
-    return Found(name, tuple(map(np.array, members)), tests.repeats, budget)
+    budget = f"seed {evolution.seed}, {evolution.episodes} episodes of {store.config.episode.horizon:g} s in each trial"
+    return Found(name, tuple(trials), tests.repeats, budget) if len(trials) > 1 else None
+
+
+def complete_trials(store: Store) -> list[int]:
+    """Return the trials that have spent their budget."""
+    budget = Budget(store.config.evolution)
+    return [
+        trial for trial in store.trials() if budget.is_spent(store.generations(trial), store.episodes_stored(trial))
+    ]
 
 
 def _rates(one: Tested) -> FloatArray:
@@ -151,15 +161,16 @@ def _table(readings: Sequence[Found], tables: Sequence[Sequence[FloatArray]]) ->
         further = _with_interval(distance(rates) - base, distance(drawn) - bases, "+")
         rows[float(distance(rates)), one.name] = [
             one.name,
+            str(len(trials)),
             str(sum(map(len, trials))),
             _with_interval(distance(rates), distance(drawn)),
             "" if one is readings[0] else further,
             *_cells(rates),
             _with_interval(fall(rates), fall(drawn), "+"),
         ]
-    paper = ["*the paper*", "", "0", "", *_cells(PAPER_RATES), f"{fall(PAPER_RATES):+.0f}"]
+    paper = ["*the paper*", "10", "", "0", "", *_cells(PAPER_RATES), f"{fall(PAPER_RATES):+.0f}"]
     than = f"than {readings[0].name}"
-    head = ["reading", "controllers", "distance", than, "homing, 1 to 5", "pushing, 1 to 5", "from 3 to 5"]
+    head = ["reading", "trials", "controllers", "distance", than, "homing, 1 to 5", "pushing, 1 to 5", "from 3 to 5"]
     return table(head, [paper, *(rows[key] for key in sorted(rows))])
 
 

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a run's controllers do in fresh tests, as a page of docs/results.
 
-    python -m benchmarks.results RUN [--repeats 200] [--robust 200] > docs/results/NAME.md
+    python -m benchmarks.results RUN [--repeats 200] [--robust 200] [--paper] > docs/results/NAME.md
 
 ``RUN`` was made by ``swarmevo evolve``. Tests that are stored in it are not run again, so the command may be
 interrupted. Every rate has Wilson's 95 % interval. A trial's best is the first of its front: evolution chose it, not
-these tests.
+these tests. With ``--paper`` the page has the paper's figures (written to docs/results), the clearest example of each
+behaviour of its section VII, and what it says is held against what was found.
 """
 
 from __future__ import annotations
@@ -13,19 +14,21 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from benchmarks import made_by, results_paper
+from benchmarks.pages import rate, seconds, table
 from swarmevo.analysis import assessment, fronts
-from swarmevo.analysis.statistics import wilson
 from swarmevo.analysis.table_ii import PAPER, Assessment, Outcome, Tested
 from swarmevo.plugins.team import Team
 from swarmevo.runs.store import Store
 
 SIZES: Final = (1, 2, 3, 4, 5)
+NUMBERS: Final = dict(enumerate(["No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten"]))
 DISTURBANCES: Final = {
     "as evolved": (),
     "doubled noise": ("noise.infrared=0.1", "noise.infrared_at_contact=0.01", "noise.wheels=0.1"),
@@ -37,20 +40,6 @@ DISTURBANCES: Final = {
     "articulated drive": ("physics.drive=articulated", "physics.time_step=0.004"),
 }
 """Worlds that the best controller is tested in, as ``--set`` takes them."""
-
-
-def table(head: Sequence[str], rows: Iterator[Sequence[str]] | Sequence[Sequence[str]]) -> str:
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] + ["---:"] * (len(head) - 1), *rows)]
-    return "\n".join(lines) + "\n"
-
-
-def rate(share: float, tests: int) -> str:
-    low, high = wilson(share * tests, tests)
-    return f"{100 * share:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
-
-
-def seconds(time: float | None) -> str:
-    return "never" if time is None else f"{time:.1f} s"
 
 
 def pooled(outcomes: Sequence[Outcome]) -> tuple[float, float, int]:
@@ -129,16 +118,25 @@ def robust(store: Store, genome: int, repeats: int) -> str:
     return table(["world", "homing", "push with 3", "push with 4", "push with 5"], rows)
 
 
-def page(store: Store, repeats: int, robust_repeats: int) -> str:
+def behaviours(found: Assessment) -> str:
+    shares = [[name, f"{100 * share:.1f} %"] for name, share in found.behaviours.items()]
+    return table(["behaviour", "share of the robots"], shares)
+
+
+def page(store: Store, repeats: int, robust_repeats: int, with_paper: bool) -> str:
     summary = fronts.summarise(store)
+    trials = len(summary.trials)
+    config, command = made_by.evolution(store.config, store.folder)
     found = assessment.assess(store, SIZES, repeats)
     hidden = hidden_neurons(store, found.controllers)
     cost = summary.cost
     volumes = ", ".join(f"{trial.history[-1].hypervolume:.4g}" for trial in summary.trials)
     best = summary.front[0]
     parts = [
-        f"# {store.folder.name}\n",
-        f"Seed {summary.seed}, {len(summary.trials)} of {summary.trials_planned} trials, {cost.generations} "
+        f"# {NUMBERS.get(trials, trials)} trial{'s' * (trials != 1)} of {config}.yaml\n",
+        "Made by these two commands:\n",
+        f"```console\n{command}\n{made_by.this_command('benchmarks.results', store.folder)}\n```\n",
+        f"Seed {summary.seed}, {trials} of {summary.trials_planned} trials, {cost.generations} "
         f"generations, {cost.episodes} episodes, {cost.seconds / 60:.0f} minutes of evaluation. "
         f"Tests: {repeats} of each controller with each team, {found.horizon:g} s, fresh seeds.\n",
         "## All controllers of all trials' fronts\n",
@@ -150,9 +148,11 @@ def page(store: Store, repeats: int, robust_repeats: int) -> str:
         best_of_trials(store, found, hidden),
         f"Hypervolume at the end of each trial: {volumes}.\n",
     ]
+    if with_paper:
+        parts += [*results_paper.figures(store), *results_paper.goals(store, found, hidden)]
     if found.behaviours:
-        shares = [[name, f"{100 * share:.1f} %"] for name, share in found.behaviours.items()]
-        parts += ["## Behaviours of the paper's section VII\n", table(["behaviour", "share of the robots"], shares)]
+        parts.append("## Behaviours of the paper's section VII\n")
+        parts += results_paper.behaviours(store, found) if with_paper else [behaviours(found)]
     if robust_repeats:
         parts += [
             f"## Individual {best.genome} in other worlds\n",
@@ -167,9 +167,10 @@ def main() -> None:
     parser.add_argument("run", type=Path)
     parser.add_argument("--repeats", type=int, default=5, help="tests of each controller with each team")
     parser.add_argument("--robust", type=int, default=0, help="tests of the best one in each other world and team")
+    parser.add_argument("--paper", action="store_true", help="hold a run of paper.yaml against the paper")
     arguments = parser.parse_args()
     with Store.open(arguments.run) as store:
-        print(page(store, arguments.repeats, arguments.robust), end="")
+        print(page(store, arguments.repeats, arguments.robust, arguments.paper), end="")
 
 
 if __name__ == "__main__":

@@ -92,4 +92,4 @@ def test_readings_differ_from_each_other() -> None:
 def test_the_run_of_another_reading_is_refused(tmp_path: Path) -> None:
     folder = small_runs.make(tmp_path / "run")
     with pytest.raises(StoreError, match="expected a run of this reading with seed 1, 10 trials and 900 episodes each"):
-        readings.is_evolved(folder, readings.settings_of(readings.READINGS[0], seed=1, trials=10, episodes=900))
+        readings.opened(folder, readings.settings_of(readings.READINGS[0], seed=1, trials=10, episodes=900))

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pages about runs: that they tell how they were made, and are made of small runs without a warning."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import small_runs
+from swarmevo.analysis import census
+from swarmevo.plugins.team import load_config
+from swarmevo.runs.store import Store
+
+# The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
+sys.path.append(str(Path(__file__).parents[2]))
+
+from benchmarks import made_by, results, results_paper
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "command"),
+    [
+        ("paper", ["evolution.seed=1"], "swarmevo evolve paper --seed 1 --out runs/mine"),
+        (
+            "best",
+            ["evolution.seed=1", "evolution.trials=10", "evolution.generations=120"],
+            "swarmevo evolve best --seed 1 --trials 10 --set evolution.generations=120 --out runs/mine",
+        ),
+        ("paper", ["optimiser=cma"], "swarmevo evolve paper --set optimiser=cma --out runs/mine"),
+    ],
+)
+def test_a_page_tells_the_command_that_made_its_run(name: str, overrides: list[str], command: str) -> None:
+    assert made_by.evolution(load_config(name, overrides), Path("/elsewhere/mine")) == (name, command)
+
+
+def test_the_command_makes_the_same_configuration() -> None:
+    settings = load_config(
+        "paper", ["box.pose=[0, 0.2, 0.5]", "worlds=[{team.robots: 3}]", "vary={box.mass: {uniform: [0.2, 0.3]}}"]
+    )
+    _, command = made_by.evolution(settings, Path("runs/mine"))
+    words = shlex.split(command)
+    assert load_config(words[2], [words[i + 1] for i, word in enumerate(words) if word == "--set"]) == settings
+
+
+def test_what_no_override_makes_is_evolved_from_the_runs_own_configuration() -> None:
+    settings = load_config("paper")
+    without_options = settings.model_copy(update={"optimiser": {"pde": {}}})
+    _, command = made_by.evolution(without_options, Path("runs/mine"))
+    assert command == "swarmevo evolve runs/mine/config.yaml --out runs/mine"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return small_runs.make(tmp_path_factory.mktemp("results") / "small")
+
+
+def test_the_paper_page_has_its_figures_goals_and_examples(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(results_paper, "FOLDER", tmp_path)
+    monkeypatch.setattr(sys, "argv", ["results", str(run), "--paper"])
+    with Store.open(run) as store:
+        page = results.page(store, repeats=1, robust_repeats=0, with_paper=True)
+    assert page.startswith("# Two trials of ")
+    assert "python -m benchmarks.results runs/small --paper\n" in page
+    assert "| trials that failed | 0 | 2 of 2 |" in page
+    for picture in tmp_path.iterdir():
+        assert f"]({picture.name})" in page
+    assert {"small-evolution.png", "small-fronts.png", "small-paths.png"} <= {one.name for one in tmp_path.iterdir()}
+
+
+def test_a_behaviours_clearest_example_is_the_stored_episode_with_most_robots(run: Path) -> None:
+    with Store.open(run) as store:
+        found = results_paper.clearest(store)
+        assert found
+        for label, example in found.items():
+            shares = census.census(example.recording.config, example.recording.telemetry)
+            assert shares[label] == example.share > 0
+            assert int(example.recording.episodes.hash[0]) == example.chosen.hash
+
+
+def test_pressing_is_counted_from_the_first_homing_on(run: Path) -> None:
+    with Store.open(run) as store:
+        tested = results.assessment.assess(store, repeats=1).controllers
+        shares = results_paper.pressing(store, tested, robots=3)
+    assert all(0 <= share <= 1 for share in shares)
+    assert shares[2] <= shares[1] <= 1
+    assert np.isfinite(shares).all()
