@@ -47,7 +47,7 @@ HEAD = """\
 
 What the physics and the sensors are worth, in numbers. Every figure on this page is measured by one command,
 `make validation`; a shortened version of every check runs in the tests (`tests/repository/test_validation.py`, and
-natively `native/tests/test_sensors.cpp` and `native/tests/world`).
+natively `native/tests/sensors` and `native/tests/world`).
 
 The physics is held against an independent reference, `native/reference/planar.cpp`: robots, box and walls in the plane,
 springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither code nor method with the library,

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from benchmarks.cases import changed
 from swarmevo.config import Config
-from swarmevo.protocols import OBSERVATIONS, FeedForward, FloatArray
+from swarmevo.protocols import FeedForward, FloatArray
 from swarmevo.simulation import EpisodeKey, Episodes, Scene, library_info, simulate
 
 mpl.use("Agg")
@@ -89,7 +89,7 @@ def wheels(commands: ArrayLike) -> FeedForward:
     n = len(targets)
     outputs = np.zeros((n, 2, 2))
     outputs[:, :, 1] = np.arctanh(targets)
-    return FeedForward(np.zeros((n, 1, OBSERVATIONS + 1)), outputs, np.zeros((n, 1), dtype=bool))
+    return FeedForward(np.zeros((n, 1, 14)), outputs, np.zeros((n, 1), dtype=bool))
 
 
 def random_networks(n: int, seed: int, forward: float = 0.0) -> FeedForward:
@@ -97,7 +97,7 @@ def random_networks(n: int, seed: int, forward: float = 0.0) -> FeedForward:
     rng = np.random.default_rng(seed)
     outputs = rng.normal(size=(n, 2, 16))
     outputs[:, :, -1] += forward
-    return FeedForward(rng.normal(size=(n, 15, OBSERVATIONS + 1)), outputs, rng.random((n, 15)) < 0.5)
+    return FeedForward(rng.normal(size=(n, 15, 14)), outputs, rng.random((n, 15)) < 0.5)
 
 
 def keys(n: int, seed: int = 1, first: int = 0) -> list[EpisodeKey]:

@@ -158,10 +158,10 @@ def _list_range(field: Mapping[str, Any]) -> str:
     entries = field.get("prefixItems") or [field["items"]]
     ranges = list(dict.fromkeys(map(_range, entries)))
     least, most = field.get("minItems"), field.get("maxItems")
-    count = "any number of" if least is None else f"{least} to {most}" if least != most else str(least)
+    count = "any number" if least is None else f"{least} to {most}" if least != most else str(least)
     if entries[0]["type"] == "array":
-        return f"{count} lists of {ranges[0]}"
-    return f"{count} numbers: {', '.join(ranges)}"
+        return f"{count}{' of' if least is None else ''} lists of {ranges[0]}"
+    return f"{count} {'of' if 'enum' in entries[0] else 'numbers:'} {', '.join(ranges)}"
 
 
 def _value(value: Any) -> str:

@@ -25,14 +25,10 @@ World: TypeAlias = Mapping[str, Mapping[str, Any]]
 """The configuration's sections that describe the world (``docs/configuration.md``), each a mapping of its keys to plain
 values."""
 
-OBSERVATIONS = 13
-"""Length of an observation: eight infrared readings, four touch sensors, the RF strength over its maximum."""
-COMMANDS = 2
-"""Length of a command: left and right wheel, each in [-1, 1] of the top speed."""
-OBSERVATION_NAMES: Final = (*(f"ps{i}" for i in range(8)), *(f"touch{i}" for i in range(4)), "signal_strength")
-"""In the order of a controller's input."""
-COMMAND_NAMES: Final = ("left", "right")
-"""In the order of a controller's output."""
+PAPER_OBSERVATIONS: Final = (*(f"infrared_{i}" for i in range(8)), *(f"touch_{i}" for i in range(4)), "rf")
+"""What a robot of the paper observes, in the order of a controller's input: infrared, touch, RF strength."""
+WHEELS: Final = ("left", "right")
+"""What a robot is told, in the order of a controller's output: speeds in [-1, 1] of the top speed."""
 
 
 # ---- genomes ---------------------------------------------------------------------------------------------------------
@@ -147,12 +143,15 @@ class GenomeSpace:
 # ---- what an episode leaves ------------------------------------------------------------------------------------------
 
 
+Axis: TypeAlias = Literal["robots", "commands", "observations", "infrared", "touch"]
+
+
 @dataclass(frozen=True)
 class Channel:
     """Something that is recorded at each control step, before the step's command acts.
 
     Args:
-        shape: Behind the axes (episodes, control steps); ``"robots"`` is the size of the team.
+        shape: Behind the axes (episodes, control steps); a text is a number of the :class:`SceneInfo`.
         unit: Of the values, or of each along the last axis.
         meaning: Of the values. World frame: counter-clockwise, origin at the arena's centre.
         low: Smallest value in the paper's world, or one for each place along the last axis.
@@ -160,16 +159,16 @@ class Channel:
         is_flag: Whether the values are 0 or 1, nothing between.
     """
 
-    shape: tuple[Literal["robots"] | int, ...]
+    shape: tuple[Axis | int, ...]
     unit: str
     meaning: str
     low: float | tuple[float, ...] = 0.0
     high: float | tuple[float, ...] = 1.0
     is_flag: bool = False
 
-    def sizes(self, robots: int) -> tuple[int, ...]:
-        """Return the shape in a team of ``robots``."""
-        return tuple(robots if axis == "robots" else axis for axis in self.shape)
+    def sizes(self, scene: SceneInfo) -> tuple[int, ...]:
+        """Return the shape in a scene."""
+        return tuple(getattr(scene, axis) if isinstance(axis, str) else axis for axis in self.shape)
 
 
 _CORNER = (0.5, 0.5, math.pi)
@@ -179,10 +178,16 @@ _OPPOSITE = (-0.5, -0.5, -math.pi)
 CHANNELS: Final[Mapping[str, Channel]] = {
     "pose": Channel(("robots", 3), "m, m, rad", "x, y, heading in [-pi, pi] of a robot", _OPPOSITE, _CORNER),
     "command": Channel(
-        ("robots", COMMANDS), "top speed", "left and right wheel in [-1, 1], as the controller gave them, clipped", -1.0
+        ("robots", "commands"),
+        "top speed",
+        "left and right wheel in [-1, 1], as the controller gave them, clipped",
+        -1.0,
     ),
-    "infrared": Channel(("robots", 8), "1", "readings ps0 to ps7 in [0, 1]; 0: nothing in range"),
-    "touch": Channel(("robots", 4), "1", "readings in [0, 1], from left to right; 0: the box is not in range"),
+    "observation": Channel(
+        ("robots", "observations"), "1", "what the controller was given, in the order of `robot.sensors`"
+    ),
+    "infrared": Channel(("robots", "infrared"), "1", "readings in [0, 1]; 0: nothing in range"),
+    "touch": Channel(("robots", "touch"), "1", "readings in [0, 1], from left to right; 0: the box is not in range"),
     "rf": Channel(("robots",), "1", "signal strength S, in the paper from 1 to 50", 1.0, 50.0),
     "box": Channel((3,), "m, m, rad", "x, y, heading in [-pi, pi] of the box", _OPPOSITE, _CORNER),
     "box_contact": Channel((), "1", "1: the box touches the target wall; 0: it does not", is_flag=True),
@@ -289,9 +294,9 @@ class FeedForward:
     """
 
     input_hidden: FloatArray
-    """``(n, h, 13 + bias)``"""
+    """``(n, h, observations + bias)``"""
     hidden_output: FloatArray
-    """``(n, 2, h + bias)``"""
+    """``(n, commands, h + bias)``"""
     hidden_switch: BoolArray
     """``(n, h)``: booleans"""
     bias: bool = True
@@ -314,6 +319,10 @@ class Compiled:
     """``(n, size)``: policy ``i`` is called with a pointer to row ``i``."""
     memory: int = 0
     """Doubles of memory for each robot, zero when an episode starts."""
+    observations: int = 0
+    """Of the scenes that it is for, others are refused; 0: whatever a scene has."""
+    commands: int = 0
+    """Likewise."""
     keep_alive: object = field(default=None, repr=False)
     """Whatever must not be freed while the policies live, such as the loaded library."""
 
@@ -337,17 +346,29 @@ class SceneInfo(_InWorld):
     """To the horizon; an episode that ends at its success has fewer (``world["episode"]["until"]``)."""
     control_period: float
     """[s]"""
-    observations: int = OBSERVATIONS
-    commands: int = COMMANDS
-    observation_names: tuple[str, ...] = OBSERVATION_NAMES
-    """In the order of an observation."""
-    command_names: tuple[str, ...] = COMMAND_NAMES
+    observation_names: tuple[str, ...] = PAPER_OBSERVATIONS
+    """In the order of an observation, such as ``infrared_0``."""
+    command_names: tuple[str, ...] = WHEELS
     """In the order of a command."""
+    infrared: int = 8
+    """Infrared rays of a robot, whether or not it observes them."""
+    touch: int = 4
+    """Touch sensors, likewise."""
     world: World = field(default_factory=dict, hash=False)
     """As in :class:`Telemetry`: ``scene.world["arena"]["size"]``."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world", _read_only(self.world))
+
+    @property
+    def observations(self) -> int:
+        """Length of an observation."""
+        return len(self.observation_names)
+
+    @property
+    def commands(self) -> int:
+        """Length of a command."""
+        return len(self.command_names)
 
     @property
     def horizon(self) -> float:
@@ -416,7 +437,11 @@ class Actor(Protocol):
         ...
 
     def act(self, observations: FloatArray) -> FloatArray:
-        """Return commands ``(worlds, robots, 2)`` in [-1, 1] for ``observations`` ``(worlds, robots, 13)``."""
+        """Return commands in [-1, 1], ``(worlds, robots, commands)``.
+
+        Args:
+            observations: ``(worlds, robots, observations)``. The :class:`SceneInfo` has their names.
+        """
         ...
 
 

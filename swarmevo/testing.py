@@ -26,8 +26,6 @@ from swarmevo import config, returned
 from swarmevo.config import Config, Episode, Team
 from swarmevo.protocols import (
     CHANNELS,
-    COMMANDS,
-    OBSERVATIONS,
     Activation,
     AnsweringOptimiser,
     Block,
@@ -93,10 +91,10 @@ def random_telemetry(
 
     Its world is the default one with so many ``robots`` and ``steps`` of 0.1 s.
     """
-    rng = np.random.default_rng(seed)
+    rng, scene = np.random.default_rng(seed), scene_of(robots, steps)
 
     def draw(channel: Channel) -> FloatArray:
-        values = rng.uniform(channel.low, channel.high, size=(episodes, steps, *channel.sizes(robots)))
+        values = rng.uniform(channel.low, channel.high, size=(episodes, steps, *channel.sizes(scene)))
         return np.round(values) if channel.is_flag else values
 
     def some_time(*shape: int) -> FloatArray:
@@ -108,7 +106,7 @@ def random_telemetry(
         _frozen(some_time(episodes, robots)),
         _frozen(some_time(episodes)),
         channels=recorded,
-        world=scene_of(robots, steps).world,
+        world=scene.world,
     )
 
 
@@ -331,14 +329,14 @@ class ControllerTests:
             return
         policies = controller.policies(genomes)
         _require(len(policies) == 6, f"policies: expected one for each of 6 genomes, got {len(policies)}")
-        _require_sound_policies(policies)
+        _require_sound_policies(policies, self.scene)
         single = np.concatenate([_parameters(controller.policies(genomes[i : i + 1])) for i in range(6)])
         _require(np.array_equal(_parameters(policies), single), "policies: expected the same for a genome on its own")
 
     def test_acts(self) -> None:
         """A Python controller's commands have their shape and range."""
         for commands in self._act(worlds=slice(None)):
-            _require_array("act", commands, (4, self.scene.robots, COMMANDS))
+            _require_array("act", commands, (4, self.scene.robots, self.scene.commands))
             _require(bool(np.all(np.abs(commands) <= 1)), "act: expected commands in [-1, 1]")
 
     def test_acts_the_same_in_every_batch(self) -> None:
@@ -367,12 +365,12 @@ class ControllerTests:
             return []
         space, robots = controller.space(self.scene), self.scene.robots
         genomes = random_genomes(space, 4 * robots).reshape(4, robots, space.size)
-        observations = np.random.default_rng(0).random((self.scene.control_steps, 4, robots, OBSERVATIONS))
+        observations = np.random.default_rng(0).random((self.scene.control_steps, 4, robots, self.scene.observations))
         controller.start(_frozen(genomes[worlds].copy()))
         return [controller.act(_frozen(step[worlds].copy())).copy() for step in observations]
 
 
-def _require_sound_policies(policies: NativePolicies) -> None:
+def _require_sound_policies(policies: NativePolicies, scene: SceneInfo) -> None:
     if isinstance(policies, Compiled):
         _require(policies.function != 0, "policies: expected the function's address, got 0")
         _require(policies.memory >= 0, f"policies: expected memory of at least 0 doubles, got {policies.memory}")
@@ -382,8 +380,8 @@ def _require_sound_policies(policies: NativePolicies) -> None:
     _require(policies.hidden_switch.dtype == np.bool_, "policies: hidden_switch: expected booleans")
     known = get_args(Activation)
     _require(policies.activation in known, f"policies: expected {' or '.join(known)}, got {policies.activation!r}")
-    _require_array("policies: input_hidden", policies.input_hidden, (n, hidden, OBSERVATIONS + policies.bias))
-    _require_array("policies: hidden_output", policies.hidden_output, (n, COMMANDS, hidden + policies.bias))
+    _require_array("policies: input_hidden", policies.input_hidden, (n, hidden, scene.observations + policies.bias))
+    _require_array("policies: hidden_output", policies.hidden_output, (n, scene.commands, hidden + policies.bias))
 
 
 def _parameters(policies: NativePolicies) -> FloatArray:

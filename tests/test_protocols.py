@@ -103,7 +103,12 @@ def test_a_scene_names_what_a_controller_reads_and_says() -> None:
 
 
 def test_a_channels_sizes() -> None:
-    assert CHANNELS["pose"].sizes(robots=4) == (4, 3)
-    assert CHANNELS["rf"].sizes(robots=4) == (4,)
-    assert CHANNELS["box"].sizes(robots=4) == (3,)
-    assert CHANNELS["box_contact"].sizes(robots=4) == ()
+    scene = SceneInfo(4, 10, 0.1, observation_names=("infrared_0", "infrared_1", "rf"), infrared=2)
+    assert CHANNELS["pose"].sizes(scene) == (4, 3)
+    assert CHANNELS["rf"].sizes(scene) == (4,)
+    assert CHANNELS["box"].sizes(scene) == (3,)
+    assert CHANNELS["box_contact"].sizes(scene) == ()
+    assert CHANNELS["observation"].sizes(scene) == (4, 3)
+    assert CHANNELS["infrared"].sizes(scene) == (4, 2)
+    assert CHANNELS["touch"].sizes(scene) == (4, 4)
+    assert CHANNELS["command"].sizes(scene) == (4, 2)

@@ -500,7 +500,7 @@ def test_random_telemetry_has_the_shapes_of_the_protocol():
     assert telemetry.homing_time.shape == (3, 2)
     assert telemetry.push_time.shape == (3,)
     for name, channel in CHANNELS.items():
-        assert getattr(telemetry, name).shape == (3, 10, *channel.sizes(robots=2))
+        assert getattr(telemetry, name).shape == (3, 10, *channel.sizes(SceneInfo(2, 10, 0.1)))
         assert not getattr(telemetry, name).flags.writeable
         values = getattr(telemetry, name)
         assert np.all((channel.low <= values) & (values <= channel.high))

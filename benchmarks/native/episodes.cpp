@@ -81,7 +81,7 @@ int run(const char* name) {
                                     {"rf", rf.data(), rf.size()},
                                     {"command", command.data(), command.size()}};
 
-    swe_network_config network{sizeof(swe_network_config), 15, 1, SWE_ACTIVATION_TANH};
+    swe_network_config network{sizeof(swe_network_config), 15, 1, SWE_ACTIVATION_TANH, 13, 2};
     for (std::uint32_t i = 0; i < all.size(); ++i) {
         swe_networks* networks = nullptr;
         swe_networks_create(&networks, &network, 1, all[i].hidden.data(), all[i].output.data(), all[i].on.data());

@@ -40,7 +40,7 @@ struct Telemetry {
         for (std::uint32_t i = 0; i < swe_channel_count(); ++i) {
             if (bytes.below(2)) continue;
             swe_channel_info info;
-            swe_channel_describe(&info, i);
+            swe_channel_describe(&info, i, scene());
             const std::size_t size = n * steps * info.width * (info.per_robot ? kRobots : 1);
             buffers.emplace_back(bytes.below(16) ? size : bytes.below(256));
             wanted.push_back({bytes.below(32) ? info.name : "smell", buffers.back().data(), buffers.back().size()});
@@ -58,7 +58,7 @@ void run(swe_batch* batch, Bytes& bytes) {
     const Telemetry telemetry(bytes, keys.size(), kSteps);
     const auto parameters = bytes.numbers(1 + bytes.below(3));
     std::vector<swe_policy> policies;
-    for (const double& parameter : parameters) policies.push_back({drive, &parameter, 1});
+    for (const double& parameter : parameters) policies.push_back({drive, &parameter, 1, 0, 0});
     if (bytes.below(16) == 0) policies[0].function = nullptr;
     std::vector<std::uint32_t> chosen(keys.size() * kRobots);
     for (auto& policy : chosen)
@@ -82,12 +82,12 @@ void lockstep(swe_batch* batch, Bytes& bytes) {
         const std::size_t robots = bytes.below(16) ? keys.size() * kRobots : bytes.below(16);
         switch (bytes.below(4)) {
             case 0: {
-                std::vector<double> seen(robots * SWE_OBSERVATIONS);
+                std::vector<double> seen(robots * swe_scene_observations(scene()));
                 swe_lockstep_observe(seen.data(), seen.size(), batch);
                 break;
             }
             case 1: {
-                const auto commands = bytes.numbers(robots * SWE_COMMANDS);
+                const auto commands = bytes.numbers(robots * swe_scene_commands(scene()));
                 swe_lockstep_advance(batch, commands.data(), commands.size());
                 break;
             }

@@ -29,7 +29,7 @@ void run(const swe_scene* scene) {
     swe_batch* batch = nullptr;
     if (swe_batch_create(&batch, scene, 1) != SWE_OK) std::abort();
     const swe_policy forwards{[](const void*, const double*, double*, double* command) { command[0] = command[1] = 1; },
-                              nullptr, 0};
+                              nullptr, 0, 0, 0};
     const swe_episode episode{1, 0, 0, 0};
     swe_outcome outcome{};
     std::vector<double> homing(robots);

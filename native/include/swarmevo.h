@@ -27,13 +27,12 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 4
+#define SWE_ABI_VERSION 5
 
-#define SWE_INFRARED_SENSORS 8
-#define SWE_TOUCH_SENSORS 4
-#define SWE_OBSERVATIONS 13 /* infrared, touch, RF: in this order */
-#define SWE_COMMANDS 2      /* left wheel, right wheel */
 #define SWE_MAX_ROBOTS 64
+#define SWE_MAX_DEVICES 16 /* in a robot's list of sensors */
+#define SWE_MAX_INFRARED 64
+#define SWE_MAX_TOUCH 16
 #define SWE_MAX_CURVE_POINTS 16
 
 /* ---- status ---- */
@@ -95,21 +94,27 @@ typedef struct swe_emitter_config {
 #define SWE_REACH_ARENA 2 /* heard everywhere */
 
 typedef struct swe_robot_config {
-    double radius;           /* of the body, to the rim of its bumper [m] */
-    double height;           /* top of the body above the floor [m] */
-    double mass;             /* [kg] */
-    double centre_of_mass;   /* height above the floor [m] */
-    double wheel_radius;     /* [m] */
-    double axle_length;      /* between the wheels' contact points [m] */
-    double top_speed;        /* of a wheel [rad/s] */
-    double motor_torque;     /* largest of a wheel's motor [N m]; read by SWE_DRIVE_ARTICULATED alone */
-    double caster_offset;    /* front and rear caster, ahead of and behind the axle [m] */
-    double caster_clearance; /* between casters and floor when upright [m] */
-    double bumper_stiffness; /* of the sprung bumper [N/m] */
-    double bumper_damping;   /* [N s/m] */
-    double bumper_travel;    /* from its rim, which is the body's radius, inwards to a rigid stop [m] */
-    int32_t bumper;          /* SWE_BUMPER_*; a rigid one does not read the three before */
+    double radius;                    /* of the body, to the rim of its bumper [m] */
+    double height;                    /* top of the body above the floor [m] */
+    double mass;                      /* [kg] */
+    double centre_of_mass;            /* height above the floor [m] */
+    double wheel_radius;              /* [m] */
+    double axle_length;               /* between the wheels' contact points [m] */
+    double top_speed;                 /* of a wheel [rad/s] */
+    double motor_torque;              /* largest of a wheel's motor [N m]; read by SWE_DRIVE_ARTICULATED alone */
+    double caster_offset;             /* front and rear caster, ahead of and behind the axle [m] */
+    double caster_clearance;          /* between casters and floor when upright [m] */
+    double bumper_stiffness;          /* of the sprung bumper [N/m] */
+    double bumper_damping;            /* [N s/m] */
+    double bumper_travel;             /* from its rim, which is the body's radius, inwards to a rigid stop [m] */
+    int32_t bumper;                   /* SWE_BUMPER_*; a rigid one does not read the three before */
+    int32_t sensors[SWE_MAX_DEVICES]; /* SWE_SENSOR_*, each once: an observation has their readings in this order */
+    uint32_t sensor_count;            /* of these; 0: a robot observes nothing */
 } swe_robot_config;
+
+#define SWE_SENSOR_INFRARED 1 /* infrared_count readings in [0, 1] */
+#define SWE_SENSOR_TOUCH 2    /* touch_count readings in [0, 1] */
+#define SWE_SENSOR_RF 3       /* signal strength S over the emitter's largest */
 
 #define SWE_BUMPER_SPRUNG 1 /* meets box, walls and other robots softly, all round the body */
 #define SWE_BUMPER_RIGID 2
@@ -126,11 +131,13 @@ typedef struct swe_team_config {
 #define SWE_START_RANDOM 2 /* anywhere in start_region, any heading, nobody inside anything */
 
 typedef struct swe_sensors_config {
-    double infrared_yaw_deg[SWE_INFRARED_SENSORS];  /* bearings of the rays, left positive [deg] */
+    double infrared_yaw_deg[SWE_MAX_INFRARED];      /* bearings of the rays, left positive [deg] */
+    uint32_t infrared_count;                        /* of these, 1 to SWE_MAX_INFRARED */
     double infrared_curve[SWE_MAX_CURVE_POINTS][2]; /* distance [m], raw value; increasing; 0 beyond the last */
     uint32_t infrared_curve_points;                 /* 2 to SWE_MAX_CURVE_POINTS */
     int32_t infrared_target;                        /* SWE_INFRARED_TARGET_* */
-    double touch_yaw_deg[SWE_TOUCH_SENSORS];        /* bearings of the sectors' centres, left positive [deg] */
+    double touch_yaw_deg[SWE_MAX_TOUCH];            /* bearings of the sectors' centres, left positive [deg] */
+    uint32_t touch_count;                           /* of these, 1 to SWE_MAX_TOUCH */
     double touch_half_width_deg;                    /* of each sector [deg] */
     double touch_range;                             /* between body and box [m] */
     int32_t touch_mode;                             /* SWE_TOUCH_MODE_* */
@@ -196,14 +203,16 @@ void swe_scene_destroy(swe_scene* scene); /* NULL is fine; batches made from it 
 
 uint32_t swe_scene_robots(const swe_scene* scene);
 uint32_t swe_scene_control_steps(const swe_scene* scene);
+uint32_t swe_scene_observations(const swe_scene* scene); /* numbers in a robot's observation */
+uint32_t swe_scene_commands(const swe_scene* scene);     /* in its command: left wheel, right wheel */
 
 /* ---- policies ---- */
 
 /* A controller that runs inside the worker threads.
  *   parameters   as given in swe_policy; shared between threads, not to be written
- *   observation  SWE_OBSERVATIONS values: infrared and touch in [0, 1], S / largest strength
+ *   observation  the scene's values, swe_scene_observations of them
  *   memory       swe_policy.memory doubles of this robot alone, zero when the episode starts
- *   command      SWE_COMMANDS values to write; the library clips them to [-1, 1] of the top speed
+ *   command      swe_scene_commands values to write; the library clips them to [-1, 1], of the top speed
  */
 typedef void (*swe_policy_function)(const void* parameters, const double* observation, double* memory, double* command);
 
@@ -211,13 +220,16 @@ typedef struct swe_policy {
     swe_policy_function function;
     const void* parameters;
     uint32_t memory;
+    uint32_t observations, commands; /* of the scenes that it is for, others refuse it; 0: whatever a scene has */
 } swe_policy;
 
 typedef struct swe_network_config {
     uint32_t struct_size;
-    uint32_t hidden;    /* units in a genome, on or off: 0 to 1024 */
-    int32_t bias;       /* 1: a constant input to hidden and output units; 0: none */
-    int32_t activation; /* SWE_ACTIVATION_* */
+    uint32_t hidden;       /* units in a genome, on or off: 0 to 1024 */
+    int32_t bias;          /* 1: a constant input to hidden and output units; 0: none */
+    int32_t activation;    /* SWE_ACTIVATION_* */
+    uint32_t observations; /* of the scenes that they are for: 0 to 1024 */
+    uint32_t commands;     /* likewise: 1 to 1024 */
 } swe_network_config;
 
 #define SWE_ACTIVATION_TANH 1
@@ -229,8 +241,8 @@ void swe_network_config_init(swe_network_config* config);
 typedef struct swe_networks swe_networks;
 
 /* Copies n networks.
- *   input_hidden   (n, hidden, SWE_OBSERVATIONS + bias)
- *   hidden_output  (n, SWE_COMMANDS, hidden + bias)
+ *   input_hidden   (n, hidden, observations + bias)
+ *   hidden_output  (n, commands, hidden + bias)
  *   hidden_switch  (n, hidden): 0 is off
  */
 swe_status swe_networks_create(swe_networks** networks, const swe_network_config* config, size_t n,
@@ -272,7 +284,9 @@ typedef struct swe_channel_info {
 } swe_channel_info;
 
 uint32_t swe_channel_count(void);
-swe_status swe_channel_describe(swe_channel_info* info, uint32_t channel); /* below swe_channel_count() */
+
+/* Of a channel below swe_channel_count(), in a scene; NULL: any, in which a width that differs between scenes is 0. */
+swe_status swe_channel_describe(swe_channel_info* info, uint32_t channel, const swe_scene* scene);
 
 /* A channel that is wanted, and where to. */
 typedef struct swe_channel {
@@ -307,10 +321,11 @@ const char* swe_batch_episode_message(const swe_batch* batch, size_t episode);
 swe_status swe_lockstep_begin(swe_batch* batch, const swe_channel* channels, size_t n_channels,
                               const swe_episode* episodes, size_t n);
 
-/* What robots sense now, (n, robots, SWE_OBSERVATIONS); zeros where the world has failed. */
+/* What robots sense now, (n, robots, swe_scene_observations); zeros where the world has failed. */
 swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* batch);
 
-/* Lets commands (n, robots, SWE_COMMANDS) act for one control period. SWE_INVALID_ARGUMENT if no world can go on. */
+/* Lets commands (n, robots, swe_scene_commands) act for one control period. SWE_INVALID_ARGUMENT if no world can go on.
+ */
 swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t length);
 
 /* Worlds that can go on, and worlds that have failed; the others are at their horizon. */

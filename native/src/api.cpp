@@ -97,12 +97,26 @@ void check_episodes(const swe_episode* episodes, std::size_t n) {
                    std::to_string(episodes[i].trial) + ", " + std::to_string(episodes[i].repeat));
 }
 
+// Is a controller for what the robots of a scene observe, and for what they are told?
+void check_fits(const swe_policy& policy, const std::string& title, const Scene& scene) {
+    const auto fail = [&](const char* what, std::size_t has, std::uint32_t takes) {
+        reject(title + ": expected a controller for the " + std::to_string(has) + " " + what +
+               " of the scene's robots, got one for " + std::to_string(takes));
+    };
+    if (policy.observations && policy.observations != scene.suite.size())
+        fail("observations", scene.suite.size(), policy.observations);
+    if (policy.commands && policy.commands != scene.commands) fail("commands", scene.commands, policy.commands);
+}
+
 void check_policies(const swe_policy* policies, std::size_t n_policies, const std::uint32_t* robot_policies,
-                    std::size_t n_robots) {
+                    std::size_t n_robots, const Scene& scene) {
     require(policies, "policies");
     require(robot_policies, "robot_policies");
-    for (std::size_t i = 0; i < n_policies; ++i)
-        if (!policies[i].function) reject("policies[" + std::to_string(i) + "].function: expected a pointer, got NULL");
+    for (std::size_t i = 0; i < n_policies; ++i) {
+        const std::string title = "policies[" + std::to_string(i) + "]";
+        if (!policies[i].function) reject(title + ".function: expected a pointer, got NULL");
+        check_fits(policies[i], title, scene);
+    }
     for (std::size_t i = 0; i < n_robots; ++i)
         if (robot_policies[i] >= n_policies)
             reject("robot_policies[" + std::to_string(i) + "]: expected an index below " + std::to_string(n_policies) +
@@ -184,6 +198,13 @@ uint32_t swe_scene_control_steps(const swe_scene* scene) {
     return scene ? scene->scene->control_steps : 0;
 }
 
+uint32_t swe_scene_observations(const swe_scene* scene) {
+    return scene ? scene->scene->suite.size() : 0;
+}
+uint32_t swe_scene_commands(const swe_scene* scene) {
+    return scene ? scene->scene->commands : 0;
+}
+
 // ---- networks ----
 
 void swe_network_config_init(swe_network_config* config) {
@@ -221,14 +242,15 @@ uint32_t swe_channel_count(void) {
     return static_cast<std::uint32_t>(channel_count());
 }
 
-swe_status swe_channel_describe(swe_channel_info* info, uint32_t i) {
+swe_status swe_channel_describe(swe_channel_info* info, uint32_t i, const swe_scene* scene) {
     return guarded([&] {
         require(info, "info");
         if (i >= channel_count())
             reject("channel: expected a number below " + std::to_string(channel_count()) + ", got " +
                    std::to_string(i));
         const Channel& described = channel(i);
-        *info = {described.name, described.per_robot, described.width};
+        const unsigned width = scene ? described.width(*scene->scene) : described.fixed_width;
+        *info = {described.name, described.per_robot, width};
     });
 }
 
@@ -258,7 +280,7 @@ swe_status swe_batch_run(swe_outcome* outcomes, double* homing_times, const swe_
         require(homing_times, "homing_times");
         check_episodes(episodes, n);
         const Scene& scene = batch->batch.scene();
-        check_policies(policies, n_policies, robot_policies, n * scene.robots);
+        check_policies(policies, n_policies, robot_policies, n * scene.robots, scene);
         batch->batch.run(outcomes, homing_times, make_recorders(channels, n_channels, scene, n, scene.control_steps),
                          episodes, n, policies, robot_policies);
     });
@@ -282,7 +304,8 @@ swe_status swe_lockstep_observe(double* observations, size_t length, swe_batch* 
     return guarded([&] {
         check_lockstep(batch, true);
         require(observations, "observations");
-        require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_OBSERVATIONS, "observations");
+        const Scene& scene = batch->batch.scene();
+        require_length(length, batch->batch.worlds() * scene.robots * scene.suite.size(), "observations");
         batch->batch.observe(observations);
     });
 }
@@ -291,7 +314,8 @@ swe_status swe_lockstep_advance(swe_batch* batch, const double* commands, size_t
     return guarded([&] {
         check_lockstep(batch, true);
         require(commands, "commands");
-        require_length(length, batch->batch.worlds() * batch->batch.scene().robots * SWE_COMMANDS, "commands");
+        const Scene& scene = batch->batch.scene();
+        require_length(length, batch->batch.worlds() * scene.robots * scene.commands, "commands");
         if (batch->batch.movable() == 0)
             reject("lockstep: expected a world that can go on, but each is at its horizon or has failed: reset some");
         batch->batch.advance(commands);

@@ -46,15 +46,15 @@ void run_episode(Episode& episode, const Scene& scene, const swe_policy* policie
                  const std::uint32_t* robot_policies) {
     std::size_t memory_size = 0;
     for (unsigned robot = 0; robot < scene.robots; ++robot) memory_size += policies[robot_policies[robot]].memory;
-    std::vector<double> memory(memory_size), commands(scene.robots * SWE_COMMANDS);
+    std::vector<double> memory(memory_size), commands(scene.robots * scene.commands);
 
     while (!episode.done()) {
         const double* observations = episode.observe();
         double* own_memory = memory.data();
         for (unsigned robot = 0; robot < scene.robots; ++robot) {
             const swe_policy& policy = policies[robot_policies[robot]];
-            policy.function(policy.parameters, observations + robot * SWE_OBSERVATIONS, own_memory,
-                            &commands[robot * SWE_COMMANDS]);
+            policy.function(policy.parameters, observations + robot * scene.suite.size(), own_memory,
+                            &commands[robot * scene.commands]);
             own_memory += policy.memory;
         }
         episode.advance(commands.data());
@@ -138,7 +138,7 @@ std::size_t Batch::failed() const {
 }
 
 void Batch::observe(double* observations) {
-    const std::size_t size = scene_->robots * SWE_OBSERVATIONS;
+    const std::size_t size = scene_->robots * scene_->suite.size();
     pool_.for_each(lockstep_.size(), [&](std::size_t i) {
         double* own = observations + i * size;
         std::fill_n(own, size, 0.0);
@@ -147,7 +147,7 @@ void Batch::observe(double* observations) {
 }
 
 void Batch::advance(const double* commands) {
-    const std::size_t size = scene_->robots * SWE_COMMANDS;
+    const std::size_t size = scene_->robots * scene_->commands;
     pool_.for_each(lockstep_.size(), [&](std::size_t i) {
         if (can_go_on(i)) attempt(i, [&] { lockstep_[i]->advance(commands + i * size); });
     });

@@ -4,14 +4,41 @@
 #include <algorithm>
 #include <iterator>
 
+#include "sensors/infrared.hpp"
+#include "sensors/rf.hpp"
+#include "sensors/touch.hpp"
+
 namespace swarmevo {
 namespace {
 
-// Copies `width` of each robot's `stride` numbers, from the given one on.
-void copy_columns(double* values, const double* rows, std::size_t robots, std::size_t stride, std::size_t from,
-                  std::size_t width) {
-    for (std::size_t robot = 0; robot < robots; ++robot)
-        values = std::copy_n(rows + robot * stride + from, width, values);
+unsigned commands(const Scene& scene) {
+    return scene.commands;
+}
+
+unsigned observations(const Scene& scene) {
+    return scene.suite.size();
+}
+
+unsigned infrared(const Scene& scene) {
+    return scene.sensors.infrared_count;
+}
+
+unsigned touch(const Scene& scene) {
+    return scene.sensors.touch_count;
+}
+
+// What a device of each robot reads, whether or not the robots observe it.
+void write_device(double* values, const Moment& moment, const Device& device, unsigned width) {
+    const int place = moment.scene.suite.place_of(device.kind);
+    const double* observation = moment.observations;
+    for (unsigned robot = 0; robot < moment.scene.robots; ++robot) {
+        if (place >= 0)
+            std::copy_n(observation + place, width, values);
+        else
+            device.sense({moment.scene, moment.now, moment.key, moment.step, robot}, values);
+        values += width;
+        observation += moment.scene.suite.size();
+    }
 }
 
 void write_pose(double* values, const Moment& moment) {
@@ -19,20 +46,24 @@ void write_pose(double* values, const Moment& moment) {
 }
 
 void write_command(double* values, const Moment& moment) {
-    copy_columns(values, moment.commands, moment.now.robots.size(), SWE_COMMANDS, 0, SWE_COMMANDS);
+    std::copy_n(moment.commands, moment.scene.robots * commands(moment.scene), values);
+}
+
+void write_observation(double* values, const Moment& moment) {
+    std::copy_n(moment.observations, moment.scene.robots * observations(moment.scene), values);
 }
 
 void write_infrared(double* values, const Moment& moment) {
-    copy_columns(values, moment.observations, moment.now.robots.size(), SWE_OBSERVATIONS, 0, SWE_INFRARED_SENSORS);
+    write_device(values, moment, kInfrared, infrared(moment.scene));
 }
 
 void write_touch(double* values, const Moment& moment) {
-    copy_columns(values, moment.observations, moment.now.robots.size(), SWE_OBSERVATIONS, SWE_INFRARED_SENSORS,
-                 SWE_TOUCH_SENSORS);
+    write_device(values, moment, kTouch, touch(moment.scene));
 }
 
 void write_rf(double* values, const Moment& moment) {
-    std::copy_n(moment.strengths, moment.now.robots.size(), values);
+    for (unsigned robot = 0; robot < moment.scene.robots; ++robot)
+        values[robot] = signal_strength({moment.scene, moment.now, moment.key, moment.step, robot});
 }
 
 void write_box(double* values, const Moment& moment) {
@@ -45,13 +76,14 @@ void write_box_contact(double* values, const Moment& moment) {
 
 // CHANNELS in swarmevo/protocols.py says what they mean; loading the library compares names and shapes.
 constexpr Channel kChannels[] = {
-    {"pose", true, 3, write_pose},
-    {"command", true, SWE_COMMANDS, write_command},
-    {"infrared", true, SWE_INFRARED_SENSORS, write_infrared},
-    {"touch", true, SWE_TOUCH_SENSORS, write_touch},
-    {"rf", true, 1, write_rf},
-    {"box", false, 3, write_box},
-    {"box_contact", false, 1, write_box_contact},
+    {"pose", true, 3, nullptr, write_pose},
+    {"command", true, 0, commands, write_command},
+    {"observation", true, 0, observations, write_observation},
+    {"infrared", true, 0, infrared, write_infrared},
+    {"touch", true, 0, touch, write_touch},
+    {"rf", true, 1, nullptr, write_rf},
+    {"box", false, 3, nullptr, write_box},
+    {"box_contact", false, 1, nullptr, write_box_contact},
 };
 
 }  // namespace

@@ -7,27 +7,33 @@
 #include <vector>
 
 #include "scene/scene.hpp"
-#include "sensors.hpp"
+#include "sensors/snapshot.hpp"
 
 namespace swarmevo {
 
 // A control step as channels see it, before the step's commands act.
 struct Moment {
+    const Scene& scene;
     const Snapshot& now;
+    const EpisodeKey& key;
+    unsigned step;
     bool box_touches_target;
-    const double* observations;  // (robots, SWE_OBSERVATIONS)
-    const double* strengths;     // (robots): S
-    const double* commands;      // (robots, SWE_COMMANDS), clipped
+    const double* observations;  // (robots, observations of the scene)
+    const double* commands;      // (robots, commands of the scene), clipped
 };
 
 struct Channel {
     const char* name;
     bool per_robot;
-    unsigned width;                                       // values of each robot, or of the world
+    unsigned fixed_width;                                 // 0: it differs between scenes
+    unsigned (*scene_width)(const Scene& scene);          // null where it does not
     void (*write)(double* values, const Moment& moment);  // (robots, width), or (width)
 
+    // Values of each robot, or of the world.
+    unsigned width(const Scene& scene) const { return scene_width ? scene_width(scene) : fixed_width; }
+
     // Values at one control step.
-    std::size_t size(const Scene& scene) const { return per_robot ? std::size_t{scene.robots} * width : width; }
+    std::size_t size(const Scene& scene) const { return (per_robot ? std::size_t{scene.robots} : 1) * width(scene); }
 };
 
 std::size_t channel_count();

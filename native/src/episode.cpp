@@ -9,6 +9,7 @@
 
 #include "epuck.hpp"
 #include "error.hpp"
+#include "sensors/rf.hpp"
 
 namespace swarmevo {
 namespace {
@@ -79,13 +80,13 @@ Episode::Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder)
       key_(key),
       recorder_(std::move(recorder)),
       world_(scene, draw_starts(scene, key)),
-      observations_(scene.robots * SWE_OBSERVATIONS),
-      strengths_(scene.robots),
-      clipped_(scene.robots * SWE_COMMANDS, kNotYet),
+      observations_(scene.robots * scene.suite.size()),
+      clipped_(scene.robots * scene.commands, kNotYet),
       homing_times_(scene.robots, kNotYet),
       push_time_(kNotYet),
       hash_(world_.fold_state(kHashStart)) {
     now_.robots.resize(scene.robots);
+    if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) now_.push_forces.resize(scene.robots);
     look_around();
 }
 
@@ -97,6 +98,8 @@ void Episode::look_around() {
         if (std::isnan(homing_times_[robot]) && in_emitter_range(scene_, now_.robots[robot]))
             homing_times_[robot] = time;
     }
+    for (unsigned robot = 0; robot < now_.push_forces.size(); ++robot)
+        now_.push_forces[robot] = world_.push_force(robot);
     now_.box = world_.box_pose();
     box_touches_target_ = box_touches_target(scene_, now_.box);
     if (std::isnan(push_time_) && box_touches_target_) push_time_ = time;
@@ -104,21 +107,17 @@ void Episode::look_around() {
 
 const double* Episode::observe() {
     if (is_observed_) return observations_.data();
-    for (unsigned robot = 0; robot < scene_.robots; ++robot) {
-        double* readings = &observations_[robot * SWE_OBSERVATIONS];
-        sense_infrared(scene_, now_, key_, step_, robot, readings);
-        sense_touch(scene_, now_, robot, world_.push_force(robot), readings + SWE_INFRARED_SENSORS);
-        strengths_[robot] = sense_rf(scene_, now_, key_, step_, robot);
-        readings[SWE_OBSERVATIONS - 1] = strengths_[robot] / scene_.emitter.strength[1];
-    }
+    for (unsigned robot = 0; robot < scene_.robots; ++robot)
+        scene_.suite.sense({scene_, now_, key_, step_, robot}, observations_.data() + robot * scene_.suite.size());
     is_observed_ = true;
     return observations_.data();
 }
 
 void Episode::advance(const double* commands) {
-    for (unsigned i = 0; i < scene_.robots * SWE_COMMANDS; ++i) {
+    const unsigned each = scene_.commands;
+    for (std::size_t i = 0; i < clipped_.size(); ++i) {
         if (!std::isfinite(commands[i]))
-            throw Error(SWE_POLICY_ERROR, "the controller of robot " + std::to_string(i / SWE_COMMANDS) +
+            throw Error(SWE_POLICY_ERROR, "the controller of robot " + std::to_string(i / each) +
                                               " gave a command that is not finite at control step " +
                                               std::to_string(step_));
         clipped_[i] = std::clamp(commands[i], -1.0, 1.0);
@@ -127,7 +126,7 @@ void Episode::advance(const double* commands) {
 
     for (unsigned robot = 0; robot < scene_.robots; ++robot) {
         const auto words = draw(key_, Purpose::wheels, robot, step_);
-        const double* command = &clipped_[robot * SWE_COMMANDS];
+        const double* command = &clipped_[robot * each];
         world_.set_rim_speeds(robot, rim_speed(scene_.robot, command[0], scene_.noise.wheels * symmetric(words[0])),
                               rim_speed(scene_.robot, command[1], scene_.noise.wheels * symmetric(words[1])));
     }
@@ -142,7 +141,7 @@ void Episode::advance(const double* commands) {
 
 Moment Episode::moment() {
     observe();
-    return {now_, box_touches_target_, observations_.data(), strengths_.data(), clipped_.data()};
+    return {scene_, now_, key_, step_, box_touches_target_, observations_.data(), clipped_.data()};
 }
 
 void Episode::record() {

@@ -7,7 +7,7 @@
 #include "channels.hpp"
 #include "rng.hpp"
 #include "scene/scene.hpp"
-#include "sensors.hpp"
+#include "sensors/snapshot.hpp"
 #include "world/world.hpp"
 
 namespace swarmevo {
@@ -19,10 +19,10 @@ class Episode {
 
     bool done() const { return is_done_; }
 
-    // (robots, SWE_OBSERVATIONS) of this moment, sensed once.
+    // (robots, observations) of this moment, sensed once.
     const double* observe();
 
-    // Lets commands (robots, SWE_COMMANDS) act for one control period. Not when done.
+    // Lets commands (robots, commands) act for one control period. Not when done.
     // Throws Error: a command is not finite, or the physics failed.
     void advance(const double* commands);
 
@@ -47,7 +47,7 @@ class Episode {
     bool is_done_ = false;
     bool box_touches_target_ = false;
     bool is_observed_ = false;
-    std::vector<double> observations_, strengths_, clipped_, homing_times_;
+    std::vector<double> observations_, clipped_, homing_times_;
     double push_time_;
     std::uint64_t hash_;
 };

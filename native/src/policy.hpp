@@ -9,15 +9,15 @@
 
 namespace swarmevo {
 
-constexpr int kMaxHidden = 1024;
+constexpr int kMaxHidden = 1024, kMaxObservations = 1024;
 
 // One network. Hidden units that are switched off are not stored.
 struct Network {
-    Eigen::MatrixXd input_hidden;   // (active units, SWE_OBSERVATIONS)
+    Eigen::MatrixXd input_hidden;   // (active units, observations)
     Eigen::VectorXd hidden_bias;    // (active units)
-    Eigen::MatrixXd hidden_output;  // (SWE_COMMANDS, active units)
-    Eigen::Vector2d output_bias;
-    int activation;  // SWE_ACTIVATION_*
+    Eigen::MatrixXd hidden_output;  // (commands, active units)
+    Eigen::VectorXd output_bias;    // (commands)
+    int activation;                 // SWE_ACTIVATION_*
 };
 
 class Networks {

@@ -2,5 +2,4 @@
  * Compiled as C11: the header is what it says. */
 #include "swarmevo.h"
 
-_Static_assert(SWE_OBSERVATIONS == SWE_INFRARED_SENSORS + SWE_TOUCH_SENSORS + 1, "an observation is all sensors");
 _Static_assert(sizeof(swe_status) == 4, "a status is an int32_t");

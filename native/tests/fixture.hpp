@@ -24,7 +24,9 @@ struct Fixture {
         config.box = {{0.275, 0.18, 0.03}, 0.24, {0, 0.345, 0}, {0, 0, 0}};
         config.emitter = {{0, 0.345, 0.03}, 0.3, {1, 50}, SWE_REACH_RANGE};
         config.robot = {0.035, 0.05, 0.08,   0.015, 0.0205, 0.053, 6.28,
-                        0.02,  0.03, 0.0005, 100,   4.5,    0.012, SWE_BUMPER_SPRUNG};
+                        0.02,  0.03, 0.0005, 100,   4.5,    0.012, SWE_BUMPER_SPRUNG,
+                        {},    0};
+        sense({SWE_SENSOR_INFRARED, SWE_SENSOR_TOUCH, SWE_SENSOR_RF});
         config.team.robots = static_cast<std::uint32_t>(poses.size() / 3);
         config.team.start = SWE_START_POSES;
         config.team.start_poses = poses.data();
@@ -33,6 +35,7 @@ struct Fixture {
         std::copy_n(jitter, 2, config.team.start_jitter);
         const double yaws[] = {-17.2, -45.9, -90, -151.5, 151.2, 90, 45.8, 17.1};
         std::copy_n(yaws, 8, config.sensors.infrared_yaw_deg);
+        config.sensors.infrared_count = 8;
         const double curve[][2] = {{0, 4095},  {.005, 3474}, {.01, 2211}, {.02, 676}, {.03, 306},
                                    {.04, 164}, {.05, 90},    {.06, 56},   {.07, 34}};
         std::copy_n(&curve[0][0], 18, &config.sensors.infrared_curve[0][0]);
@@ -40,6 +43,7 @@ struct Fixture {
         config.sensors.infrared_target = SWE_INFRARED_TARGET_WALLS_AND_ROBOTS;
         const double touch[] = {45, 15, -15, -45};
         std::copy_n(touch, 4, config.sensors.touch_yaw_deg);
+        config.sensors.touch_count = 4;
         config.sensors.touch_half_width_deg = 15;
         config.sensors.touch_range = 0.002;
         config.sensors.touch_mode = SWE_TOUCH_MODE_BINARY;
@@ -68,6 +72,12 @@ struct Fixture {
     Fixture& without_noise() {
         config.noise = {0, 0, 0, 0};
         config.team.start_jitter[0] = config.team.start_jitter[1] = 0;
+        return *this;
+    }
+
+    Fixture& sense(const std::vector<std::int32_t>& sensors) {
+        std::copy(sensors.begin(), sensors.end(), config.robot.sensors);
+        config.robot.sensor_count = static_cast<std::uint32_t>(sensors.size());
         return *this;
     }
 

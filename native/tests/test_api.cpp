@@ -21,7 +21,7 @@ struct Handles {
     Fixture fixture;
     swe_scene* scene = nullptr;
     swe_batch* batch = nullptr;
-    swe_policy policy = {stand_still, nullptr, 0};
+    swe_policy policy = {stand_still, nullptr, 0, 0, 0};
     std::vector<std::uint32_t> drivers = std::vector<std::uint32_t>(5, 0);
     swe_episode episode = {1, 0, 0, 0};
     swe_outcome outcome{};
@@ -61,18 +61,44 @@ TEST_CASE("the library tells what it is") {
 }
 
 TEST_CASE("channels are told by number") {
+    const Handles handles;
     swe_channel_info info;
     std::vector<std::string> names;
     for (std::uint32_t i = 0; i < swe_channel_count(); ++i) {
-        REQUIRE(swe_channel_describe(&info, i) == SWE_OK);
+        REQUIRE(swe_channel_describe(&info, i, nullptr) == SWE_OK);
+        const std::uint32_t fixed = info.width;
+        REQUIRE(swe_channel_describe(&info, i, handles.scene) == SWE_OK);
         CHECK(info.width >= 1);
+        CHECK((fixed == 0 || fixed == info.width));
         names.push_back(info.name);
     }
     CHECK(names.front() == "pose");
     CHECK(std::set<std::string>(names.begin(), names.end()).size() == names.size());
-    CHECK(swe_channel_describe(&info, swe_channel_count()) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_channel_describe(&info, swe_channel_count(), nullptr) == SWE_INVALID_ARGUMENT);
     CHECK(complains("channel: expected a number below"));
-    CHECK(swe_channel_describe(nullptr, 0) == SWE_INVALID_ARGUMENT);
+    CHECK(swe_channel_describe(nullptr, 0, nullptr) == SWE_INVALID_ARGUMENT);
+}
+
+TEST_CASE("a scene tells how much robots observe and are told") {
+    const Handles handles;
+    CHECK(swe_scene_observations(handles.scene) == 13);
+    CHECK(swe_scene_commands(handles.scene) == 2);
+    CHECK(swe_scene_observations(nullptr) == 0);
+    CHECK(swe_scene_commands(nullptr) == 0);
+}
+
+TEST_CASE("a controller for other observations or commands is refused") {
+    Handles handles;
+    handles.policy.observations = 12;
+    CHECK(handles.run() == SWE_INVALID_ARGUMENT);
+    CHECK(
+        complains("policies[0]: expected a controller for the 13 observations of the scene's robots, got one for 12"));
+    handles.policy.observations = 13;
+    handles.policy.commands = 3;
+    CHECK(handles.run() == SWE_INVALID_ARGUMENT);
+    CHECK(complains("for the 2 commands"));
+    handles.policy.commands = 2;
+    CHECK(handles.run() == SWE_OK);
 }
 
 TEST_CASE("NULL is an error, never a crash, and destroying it is fine") {
@@ -127,7 +153,7 @@ TEST_CASE("wrong sizes and indices are refused before anything runs") {
 
 TEST_CASE("lockstep calls out of place are refused") {
     Handles h;
-    std::vector<double> observations(5 * SWE_OBSERVATIONS), commands(5 * SWE_COMMANDS);
+    std::vector<double> observations(5 * 13), commands(5 * 2);
     std::uint32_t movable = 9, failed = 9;
     const std::uint32_t world = 0;
     CHECK(swe_lockstep_observe(observations.data(), observations.size(), h.batch) == SWE_INVALID_ARGUMENT);
@@ -159,7 +185,7 @@ TEST_CASE("a lockstep that is reset wrongly goes on as it was") {
     Handles h;
     const swe_episode episodes[2] = {{1, 0, 0, 0}, {1, 0, 0, 1}};
     swe_episode wrong[2] = {{1, 0, 1, 0}, {1, 65536, 1, 1}};
-    const std::vector<double> commands(2 * 5 * SWE_COMMANDS, 0.5);
+    const std::vector<double> commands(2 * 5 * 2, 0.5);
     REQUIRE(swe_lockstep_begin(h.batch, nullptr, 0, episodes, 2) == SWE_OK);
     REQUIRE(swe_lockstep_advance(h.batch, commands.data(), commands.size()) == SWE_OK);
     const std::uint32_t both[2] = {0, 1}, beyond[2] = {0, 2}, twice[2] = {1, 1};

@@ -40,7 +40,10 @@ std::shared_ptr<const Scene> short_scene() {
 }
 
 std::vector<swe_policy> policies() {
-    return {{steer, kParameters[0], 1}, {steer, kParameters[1], 1}, {steer, kParameters[2], 1}, {fail, nullptr, 0}};
+    return {{steer, kParameters[0], 1, 0, 0},
+            {steer, kParameters[1], 1, 0, 0},
+            {steer, kParameters[2], 1, 0, 0},
+            {fail, nullptr, 0, 0, 0}};
 }
 
 swe_episode episode(std::size_t i) {
@@ -96,15 +99,13 @@ TEST_CASE("lockstep gives the same bits as a native run") {
     std::vector<swe_episode> episodes;
     for (const std::size_t i : all()) episodes.push_back(episode(i));
     batch.begin(std::vector<Recorder>(kEpisodes), episodes.data(), kEpisodes);
-    std::vector<double> observations(kEpisodes * 5 * SWE_OBSERVATIONS), commands(kEpisodes * 5 * SWE_COMMANDS),
-        memory(kEpisodes * 5);
+    std::vector<double> observations(kEpisodes * 5 * 13), commands(kEpisodes * 5 * 2), memory(kEpisodes * 5);
     while (batch.movable() > 0) {
         batch.observe(observations.data());
         for (std::size_t i = 0; i < kEpisodes; ++i)
             for (unsigned robot = 0; robot < 5; ++robot) {
                 const std::size_t row = i * 5 + robot;
-                steer(kParameters[driver(i, robot)], &observations[row * SWE_OBSERVATIONS], &memory[row],
-                      &commands[row * SWE_COMMANDS]);
+                steer(kParameters[driver(i, robot)], &observations[row * 13], &memory[row], &commands[row * 2]);
             }
         batch.advance(commands.data());
     }
@@ -115,7 +116,7 @@ TEST_CASE("lockstep gives the same bits as a native run") {
 
 TEST_CASE("a world that is reset begins anew, and the others go on as if nothing had happened") {
     const auto scene = short_scene();
-    const std::size_t size = 5 * SWE_COMMANDS;
+    const std::size_t size = 5 * 2;
     const std::vector<double> commands(2 * size, 0.7);
     const swe_episode episodes[3] = {episode(0), episode(1), episode(2)};
     const auto outcomes = [&](Batch& batch) {
@@ -150,7 +151,7 @@ TEST_CASE("a world that has failed stands still, tells nothing, and can be reset
     Batch batch(short_scene(), 1);
     const swe_episode episodes[2] = {episode(0), episode(1)};
     batch.begin(std::vector<Recorder>(2), episodes, 2);
-    std::vector<double> commands(2 * 5 * SWE_COMMANDS), observations(2 * 5 * SWE_OBSERVATIONS), pose(2 * 5 * 3);
+    std::vector<double> commands(2 * 5 * 2), observations(2 * 5 * 13), pose(2 * 5 * 3);
     const std::vector<Recorder> channels = {{{find_channel("pose"), &pose[0]}}, {{find_channel("pose"), &pose[15]}}};
     commands[3] = NAN;
     batch.advance(commands.data());
@@ -161,7 +162,7 @@ TEST_CASE("a world that has failed stands still, tells nothing, and can be reset
     swe_outcome outcomes[2];
     batch.state(outcomes, nullptr, channels);
     CHECK(observations[12] == 0);
-    CHECK(observations[5 * SWE_OBSERVATIONS + 12] > 0);
+    CHECK(observations[5 * 13 + 12] > 0);
     CHECK(std::isnan(pose[0]));
     CHECK(pose[16] < -0.38);
     CHECK(outcomes[0].status == SWE_POLICY_ERROR);

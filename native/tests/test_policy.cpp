@@ -22,20 +22,20 @@ std::vector<double> random_numbers(std::size_t n, unsigned stream) {
 }
 
 swe_network_config config_of(unsigned hidden, int bias, int activation) {
-    return {sizeof(swe_network_config), hidden, bias, activation};
+    return {sizeof(swe_network_config), hidden, bias, activation, 13, 2};
 }
 
 // Reference: the sums as one would write them down, all units visited.
 void forward(const swe_network_config& c, const double* ih, const double* ho, const std::uint8_t* on, const double* x,
              double* out) {
     const bool is_tanh = c.activation == SWE_ACTIVATION_TANH;
-    const int inputs = SWE_OBSERVATIONS + c.bias, units = static_cast<int>(c.hidden) + c.bias;
+    const int inputs = 13 + c.bias, units = static_cast<int>(c.hidden) + c.bias;
     for (int o = 0; o < 2; ++o) {
         double sum = c.bias ? ho[o * units + static_cast<int>(c.hidden)] : 0;
         for (int h = 0; h < static_cast<int>(c.hidden); ++h) {
             if (!on[h]) continue;
-            double net = c.bias ? ih[h * inputs + SWE_OBSERVATIONS] : 0;
-            for (int i = 0; i < SWE_OBSERVATIONS; ++i) net += ih[h * inputs + i] * x[i];
+            double net = c.bias ? ih[h * inputs + 13] : 0;
+            for (int i = 0; i < 13; ++i) net += ih[h * inputs + i] * x[i];
             sum += ho[o * units + h] * (is_tanh ? std::tanh(net) : 1 / (1 + std::exp(-net)));
         }
         out[o] = is_tanh ? std::tanh(sum) : 2 / (1 + std::exp(-sum)) - 1;

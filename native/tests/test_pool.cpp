@@ -98,7 +98,8 @@ TEST_CASE("a batch that gets too few threads says so, and a smaller one runs") {
         if (!is_clear(swe_error_message())) return false;
 
         if (swe_batch_create(&batch, scene, 1) != SWE_OK) return false;
-        const swe_policy stand{[](const void*, const double*, double*, double* c) { c[0] = c[1] = 0; }, nullptr, 0};
+        const swe_policy stand{[](const void*, const double*, double*, double* c) { c[0] = c[1] = 0; }, nullptr, 0, 0,
+                               0};
         const swe_episode episode{1, 0, 0, 0};
         const std::vector<std::uint32_t> drivers(5, 0);
         swe_outcome outcome{};

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, Block, BoolArray, FeedForward, FloatArray, GenomeSpace, SceneInfo
+from swarmevo.protocols import Block, BoolArray, FeedForward, FloatArray, GenomeSpace, SceneInfo
 
 Activation = Literal["tanh", "logistic"]
 
@@ -37,18 +37,23 @@ class FeedForwardNetwork:
             raise ValueError(f"bias: expected true or false, got {bias!r}")
         if activation not in get_args(Activation):
             raise ValueError(f"activation: expected one of {', '.join(get_args(Activation))}, got {activation!r}")
-        self._bias, self._activation = bias, activation
+        self._hidden, self._bias, self._activation = hidden, bias, activation
+        self._space: GenomeSpace | None = None
+
+    def space(self, scene: SceneInfo) -> GenomeSpace:
+        """Return the chromosome's layout for what robots observe and are told in a scene.
+
+        The other methods take genomes of the scene that was asked about last.
+        """
+        hidden, bias = self._hidden, self._bias
         self._space = GenomeSpace(
             (
                 # omega_ih, omega_ho and rho_h
-                Block("input_hidden", (hidden, OBSERVATIONS + bias), units="hidden", linked="input"),
-                Block("hidden_output", (COMMANDS, hidden + bias), unit_axis=1, units="hidden", linked="output"),
+                Block("input_hidden", (hidden, scene.observations + bias), units="hidden", linked="input"),
+                Block("hidden_output", (scene.commands, hidden + bias), unit_axis=1, units="hidden", linked="output"),
                 Block("hidden_switch", (hidden,), "switch", units="hidden", linked="input"),
             )
         )
-
-    def space(self, scene: SceneInfo) -> GenomeSpace:
-        """Return the chromosome's layout, the same in every scene."""
         return self._space
 
     def policies(self, genomes: FloatArray) -> FeedForward:
@@ -57,7 +62,7 @@ class FeedForwardNetwork:
         Raises:
             ValueError: The genomes are not ``size`` long.
         """
-        weights = self._space.split(genomes)
+        weights = self._split(genomes)
         return FeedForward(
             input_hidden=weights["input_hidden"],
             hidden_output=weights["hidden_output"],
@@ -68,7 +73,12 @@ class FeedForwardNetwork:
 
     def complexity(self, genomes: FloatArray) -> FloatArray:
         """Return ``(n,)``: the number of hidden neurons switched on, the sum in eq. 2."""
-        return np.asarray(_is_on(self._space.split(genomes)["hidden_switch"]).sum(axis=-1), dtype=np.float64)
+        return np.asarray(_is_on(self._split(genomes)["hidden_switch"]).sum(axis=-1), dtype=np.float64)
+
+    def _split(self, genomes: FloatArray) -> dict[str, FloatArray]:
+        if self._space is None:
+            raise ValueError("genomes: expected space(scene) to be asked for first; it tells what they hold")
+        return self._space.split(genomes)
 
 
 def _is_on(switches: FloatArray) -> BoolArray:

@@ -16,9 +16,9 @@ from swarmevo.config.models import (
     Section,
     Sensors,
     Team,
-    scene_info,
     world,
 )
+from swarmevo.config.observations import scene_info
 from swarmevo.config.overrides import as_overrides
 from swarmevo.config.reading import changed, dump, load, seeded
 from swarmevo.config.worlds import World, Worlds, each_world, world_errors

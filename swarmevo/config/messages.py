@@ -94,7 +94,9 @@ def _entries(annotation: Any) -> list[tuple[Any, list[Any]]]:
     """Return type and bounds of each entry of an annotated tuple."""
     entries = []
     for entry in get_args(annotation):
-        if entry is not ...:
+        if get_origin(entry) is Literal:
+            entries.append((entry, []))
+        elif entry is not ...:
             inner, *infos = get_args(entry)
             entries.append((inner, [bound for info in infos for bound in info.metadata]))
     return entries

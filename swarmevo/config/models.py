@@ -12,11 +12,9 @@ import re
 import reprlib
 import sys
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
-
-from swarmevo.protocols import SceneInfo
 
 FromList = Field(strict=False)  # YAML has lists, no tuples
 Number = Annotated[float, Field(ge=-100, le=100)]
@@ -79,9 +77,22 @@ class Emitter(Section):
     """Whether S is heard within `range` only, or in the whole arena."""
 
 
-class Robot(Section):
-    """The E-puck's body and drive."""
+Device: TypeAlias = Literal["infrared", "touch", "rf"]
 
+
+def _each_once(devices: tuple[Device, ...]) -> tuple[Device, ...]:
+    """Refuse a device that is named twice: each has one set of keys in the section ``sensors``."""
+    for device in devices:
+        if devices.count(device) > 1:
+            raise ValueError(f"expected each device once, got {device} twice")
+    return devices
+
+
+class Robot(Section):
+    """The E-puck's body and drive, and what it senses."""
+
+    sensors: Annotated[tuple[Device, ...], FromList, AfterValidator(_each_once)] = ("infrared", "touch", "rf")
+    """Devices, whose readings side by side are what a controller observes; none is fine."""
     radius: float = Field(default=0.035, ge=0.005, le=1)
     """Of the body, to the rim of its bumper [m] (ARGoS, the real E-puck)."""
     height: float = Field(default=0.05, ge=0.005, le=2)
@@ -147,7 +158,7 @@ class Team(Section):
 class Sensors(Section):
     """Infrared and box sensors of each robot."""
 
-    infrared_yaw_deg: Annotated[tuple[Bearing, ...], FromList, Field(min_length=8, max_length=8)] = (
+    infrared_yaw_deg: Annotated[tuple[Bearing, ...], FromList, Field(min_length=1, max_length=64)] = (
         -17.2,
         -45.9,
         -90.0,
@@ -157,7 +168,7 @@ class Sensors(Section):
         45.8,
         17.1,
     )
-    """Bearings of the infrared sensors ps0..ps7, left positive [deg] (Webots)."""
+    """Bearings of the infrared rays, left positive [deg]; here ps0 to ps7 (Webots)."""
     infrared_curve: Annotated[tuple[CurvePoint, ...], FromList, Field(min_length=2, max_length=16)] = (
         (0.0, 4095.0),
         (0.005, 3474.0),
@@ -172,8 +183,13 @@ class Sensors(Section):
     """Distance [m], raw value [1]; linear in between, 0 beyond (Webots <= 8.5). Readings are over the first value."""
     infrared_target: Literal["walls_and_robots", "all"] = "walls_and_robots"
     """What the infrared sensors see: at the top front, above the box, or the box too (paper IV)."""
-    touch_yaw_deg: Annotated[tuple[Bearing, Bearing, Bearing, Bearing], FromList] = (45.0, 15.0, -15.0, -45.0)
-    """Bearings of the four box sensors at the bottom front (paper IV), left positive [deg]."""
+    touch_yaw_deg: Annotated[tuple[Bearing, ...], FromList, Field(min_length=1, max_length=16)] = (
+        45.0,
+        15.0,
+        -15.0,
+        -45.0,
+    )
+    """Bearings of the box sensors, left positive [deg]; here the paper's four at the bottom front (paper IV)."""
     touch_half_width_deg: float = Field(default=15.0, ge=0.1, le=180)
     """Half the sector that each box sensor covers [deg]."""
     touch_range: float = Field(default=0.002, ge=0.0001, le=10)
@@ -360,10 +376,3 @@ WORLD: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", 
 def world(config: Config) -> dict[str, dict[str, Any]]:
     """Return the world of ``config``: of each section in :data:`WORLD` the keys and their values, lists as tuples."""
     return {name: getattr(config, name).model_dump() for name in WORLD}
-
-
-def scene_info(config: Config) -> SceneInfo:
-    """Return what a plugin may know about the scene of ``config``."""
-    episode = config.episode
-    steps = round(episode.horizon / episode.control_period)
-    return SceneInfo(config.team.robots, steps, episode.control_period, world=world(config))

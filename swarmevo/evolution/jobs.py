@@ -16,7 +16,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -147,7 +147,8 @@ class Setup:
         check_together(self.objectives)
         self.robots: Final = max(team.robots for team in teams)
         steps = max(team.scene.info.control_steps for team in teams)
-        sizes = [CHANNELS[name].sizes(self.robots) for name in {name for team in teams for name in team.channels}]
+        largest = replace(self.team.scene.info, robots=self.robots)
+        sizes = [CHANNELS[name].sizes(largest) for name in {name for team in teams for name in team.channels}]
         self.episode_bytes: Final = 8 * steps * sum(map(math.prod, sizes))
         """Of the telemetry of the longest episode with the largest team, ``robots``."""
         self.timeout = config.evolution.episode_timeout

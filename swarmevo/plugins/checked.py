@@ -40,6 +40,7 @@ class CheckedController:
         self.title = plugin_title("controller", name)
         self.made: Any = plugins.create("controller", name, options)
         self.is_native = isinstance(self.made, NativeController)
+        self.info = info
         self.space = self.checked_space(info)
 
     def checked_space(self, info: SceneInfo) -> GenomeSpace:
@@ -64,7 +65,7 @@ class CheckedController:
                 f"{self.title}: policies: expected FeedForward or Compiled, got {type(policies).__name__}"
             )
         try:
-            simulation.check_policies(policies)
+            simulation.check_policies(policies, self.info)
         except InvalidArgument as error:
             raise EvaluationError(f"{self.title}: its policies were refused: {error}") from error
         if len(policies) != len(genomes):
@@ -106,7 +107,9 @@ class CancellableController:
         if self._cancelled():
             raise Interrupted
         commands = _call(self._controller.title, "act", self._controller.made.act, observations)
-        return _numbers(self._controller.title, "act", commands, (*observations.shape[:2], 2))
+        return _numbers(
+            self._controller.title, "act", commands, (*observations.shape[:2], self._controller.info.commands)
+        )
 
 
 class CheckedFitness:

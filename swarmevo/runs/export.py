@@ -14,20 +14,12 @@ from typing import Any, Final, Literal, TextIO
 import numpy as np
 
 from swarmevo._version import __version__
-from swarmevo.config import Config
+from swarmevo.config import Config, scene_info
 from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column
 from swarmevo.plugins.team import Team
 from swarmevo.printable import printable
-from swarmevo.protocols import (
-    COMMAND_NAMES,
-    COMMANDS,
-    OBSERVATION_NAMES,
-    OBSERVATIONS,
-    FeedForward,
-    FloatArray,
-    Objective,
-)
+from swarmevo.protocols import FeedForward, FloatArray, Objective
 from swarmevo.runs.store import Store
 
 FORMAT: Final = 1
@@ -171,13 +163,13 @@ class Network:
 
     activation: str
     input_hidden: FloatArray
-    """``(h, 13)``"""
+    """``(h, observations)``"""
     hidden_bias: FloatArray
     """``(h,)``"""
     hidden_output: FloatArray
-    """``(h, 2)``"""
+    """``(h, commands)``"""
     output_bias: FloatArray
-    """``(2,)``"""
+    """``(commands,)``"""
 
 
 def controller(store: Store, genome: int) -> dict[str, Any]:
@@ -204,8 +196,8 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         "genes": genes.tolist(),
         "blocks": {name: block.tolist() for name, block in team.space.split(genes).items()},
         "networks": [_plain(network) for network in networks(team, genes)],
-        "observations": OBSERVATION_NAMES,
-        "commands": COMMAND_NAMES,
+        "observations": team.scene.info.observation_names,
+        "commands": team.scene.info.command_names,
         "scales": _scales(config),
     }
 
@@ -241,6 +233,13 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
     if not 0 <= robot < len(found):
         most = f"0 to {len(found) - 1}" if len(found) > 1 else "0, for all robots have the same genome"
         raise ExportError(f"robot: expected {most}, got {robot}")
+    if not config.robot.sensors:
+        raise ExportError("robot.sensors: expected one at least to write as C, got none; write the controller as JSON")
+    if unread := [device for device in config.robot.sensors if device not in _OBSERVE]:
+        raise ExportError(
+            f"robot.sensors: expected none but {', '.join(_OBSERVE)} to write as C, got {unread[0]}; "
+            "write the controller as JSON"
+        )
     network = found[robot]
     own = f", robot {robot}" if len(found) > 1 else ""
     title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
@@ -250,12 +249,13 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
 def _networks(policies: FeedForward) -> Iterator[Network]:
     for i, on in enumerate(policies.hidden_switch):
         inputs, outputs = policies.input_hidden[i][on], policies.hidden_output[i]
+        observations = inputs.shape[1] - int(policies.bias)
         yield Network(
             activation=policies.activation,
-            input_hidden=inputs[:, :OBSERVATIONS],
-            hidden_bias=inputs[:, OBSERVATIONS] if policies.bias else np.zeros(len(inputs)),
+            input_hidden=inputs[:, :observations],
+            hidden_bias=inputs[:, observations] if policies.bias else np.zeros(len(inputs)),
             hidden_output=outputs[:, : len(on)][:, on].T,
-            output_bias=outputs[:, len(on)] if policies.bias else np.zeros(COMMANDS),
+            output_bias=outputs[:, len(on)] if policies.bias else np.zeros(len(outputs)),
         )
 
 
@@ -282,6 +282,16 @@ _ACTIVATIONS: Final = {"tanh": ("tanh(x)", "tanh(x)"), "logistic": (_LOGISTIC, f
 """Of hidden units and of outputs, as ``native/src/policy.cpp`` has them."""
 
 
+_OBSERVE: Final = {
+    "infrared": "    for (i = 0; i < SWARMEVO_INFRARED; ++i)\n"
+    "        *next++ = limited(infrared[i] / SWARMEVO_INFRARED_LARGEST, 0.0, 1.0);\n",
+    "touch": "    for (i = 0; i < SWARMEVO_TOUCH; ++i) *next++ = limited(touch[i], 0.0, 1.0);\n",
+    "rf": "    *next++ =\n"
+    "        limited(signal_strength, SWARMEVO_SIGNAL_LEAST, SWARMEVO_SIGNAL_MOST) / SWARMEVO_SIGNAL_MOST;\n",
+}
+"""For each device that an exported program can read: how its readings are scaled."""
+
+
 def _template(name: str) -> string.Template:
     return string.Template((files("swarmevo.runs") / "templates" / f"{name}.c").read_text(encoding="utf-8"))
 
@@ -293,12 +303,18 @@ def _values(network: Network, config: Config, title: str) -> Mapping[str, str]:
     return {
         **scales,
         "title": title,
+        "observations": str(network.input_hidden.shape[1]),
+        "commands": str(len(network.output_bias)),
+        "infrared": str(len(config.sensors.infrared_yaw_deg)),
+        "touch": str(len(config.sensors.touch_yaw_deg)),
+        "names": ", ".join(scene_info(config).observation_names) or "none",
+        "observe": "".join(_OBSERVE[device] for device in config.robot.sensors),
         "hidden": str(h),
         "activation": network.activation,
         "control_period_ms": str(round(1000 * config.episode.control_period)),
-        "input_hidden": _rows(np.vstack([network.input_hidden, np.zeros(OBSERVATIONS)])),
+        "input_hidden": _rows(np.vstack([network.input_hidden, np.zeros(network.input_hidden.shape[1])])),
         "hidden_bias": _row([*network.hidden_bias, 0.0]),
-        "hidden_output": _rows(np.vstack([network.hidden_output, np.zeros(COMMANDS)])),
+        "hidden_output": _rows(np.vstack([network.hidden_output, np.zeros(len(network.output_bias))])),
         "output_bias": _row(network.output_bias),
         "hidden_activation": hidden,
         "output_activation": output,

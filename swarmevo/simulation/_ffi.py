@@ -22,7 +22,7 @@ from typing import Any
 from cffi import FFI
 
 from swarmevo.errors import InvalidArgument, SimulatorError
-from swarmevo.protocols import CHANNELS
+from swarmevo.protocols import CHANNELS, Channel
 
 _LOADING = threading.Lock()
 _STRUCTS = (  # in the order of swe_abi_layout
@@ -95,17 +95,20 @@ def _check_channels(ffi: FFI, lib: Any, path: Path) -> None:
     """Refuse a library whose channels are not those of ``CHANNELS``, in name, shape or order."""
     info, found = ffi.new("swe_channel_info *"), []
     for i in range(lib.swe_channel_count()):
-        lib.swe_channel_describe(info, i)
+        lib.swe_channel_describe(info, i, ffi.NULL)  # widths that a scene decides are 0
         found.append((ffi.string(info.name).decode(), bool(info.per_robot), info.width))
-    expected = [
-        (name, "robots" in channel.shape, math.prod(channel.sizes(robots=1))) for name, channel in CHANNELS.items()
-    ]
+    expected = [(name, "robots" in channel.shape, _fixed_width(channel)) for name, channel in CHANNELS.items()]
     for here, there in zip_longest(expected, found):
         if here != there:
             raise SimulatorError(
                 f"{path}: expected the channel {_described(here)}, got {_described(there)}: the library is older or "
                 "newer than swarmevo/protocols.py; reinstall swarmevo"
             )
+
+
+def _fixed_width(channel: Channel) -> int:
+    """Return how many values a channel has of each robot or of the world; 0: a scene decides it."""
+    return math.prod(0 if isinstance(axis, str) else axis for axis in channel.shape if axis != "robots")
 
 
 def _described(channel: tuple[str, bool, int] | None) -> str:

@@ -118,7 +118,7 @@ class Buffers:
 
 def _empty(name: str, scene: Scene, axes: tuple[int, ...]) -> FloatArray:
     """Return the array of a channel."""
-    shape = (*axes, *CHANNELS[name].sizes(scene.info.robots))
+    shape = (*axes, *CHANNELS[name].sizes(scene.info))
     try:
         return np.empty(shape)
     except MemoryError:
@@ -209,7 +209,7 @@ def simulate(
     if robot_policies is None:
         robot_policies = np.repeat(np.arange(len(episodes), dtype=np.uint32)[:, None], scene.info.robots, axis=1)
     drivers = _native_indices(robot_policies, (len(episodes), scene.info.robots))
-    native, _alive = native_policies(policies)
+    native, _alive = native_policies(policies, scene.info)
     buffers = Buffers(scene, len(episodes), channels, scene.info.control_steps)
     batch = create_batch(scene, threads)
     check(

@@ -19,8 +19,6 @@ from swarmevo.config import Config
 from swarmevo.errors import InvalidArgument, SimulatorError
 from swarmevo.protocols import (
     CHANNELS,
-    COMMANDS,
-    OBSERVATIONS,
     Actor,
     BoolArray,
     FloatArray,
@@ -81,8 +79,8 @@ class _Worlds:
         self._lib, self._null = lib, ffi.NULL
         self._recorded = Buffers(scene, n, channels, scene.info.control_steps)
         self._now: Buffers | None = None  # made when it is first asked for
-        self._observations = np.empty((n, robots, OBSERVATIONS))
-        self._commands = np.empty((n, robots, COMMANDS))
+        self._observations = np.empty((n, robots, scene.info.observations))
+        self._commands = np.empty((n, robots, scene.info.commands))
         self._native_observations = ffi.from_buffer("double[]", self._observations)
         self._native_commands = ffi.from_buffer("double[]", self._commands)
         self._counts = ffi.new("uint32_t[2]")
@@ -103,7 +101,7 @@ class _Worlds:
         return int(self._failed[0])
 
     def observe(self) -> FloatArray:
-        """Return a fresh array ``(worlds, robots, 13)``."""
+        """Return a fresh array ``(worlds, robots, observations)``."""
         observations = self._observations
         status = self._lib.swe_lockstep_observe(self._native_observations, observations.size, self.batch)
         if status:
@@ -263,7 +261,7 @@ class Lockstep:
 
     @property
     def info(self) -> SceneInfo:
-        """Robots, control steps and control period of the worlds."""
+        """Robots, control steps and control period of the worlds, and what robots observe and are told."""
         return self._worlds.scene.info
 
     @property
@@ -282,9 +280,9 @@ class Lockstep:
         return self._worlds.failed()
 
     def observe(self) -> FloatArray:
-        """Return what the robots sense now, a fresh array ``(worlds, robots, 13)``; zeros where a world has failed.
+        """Return what the robots sense now, a fresh array ``(worlds, robots, observations)``.
 
-        Eight infrared readings, four touch sensors, the RF strength over its maximum; the same until the next step.
+        Their names are in ``info``. The same until the next step; zeros where a world has failed.
         """
         return self._worlds.observe()
 
@@ -292,7 +290,7 @@ class Lockstep:
         """Let commands act for one control period in each world that is not done.
 
         Args:
-            commands: ``(worlds, robots, 2)``: left and right wheel of the top speed, clipped to [-1, 1].
+            commands: ``(worlds, robots, commands)``: left and right wheel of the top speed, clipped to [-1, 1].
 
         Raises:
             InvalidArgument: The shape is wrong, a number is not finite, or every world is done; no world has moved.

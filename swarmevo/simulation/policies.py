@@ -9,23 +9,27 @@ import numpy as np
 
 from swarmevo import returned
 from swarmevo.errors import InvalidArgument
-from swarmevo.protocols import COMMANDS, OBSERVATIONS, Activation, Compiled, FeedForward, NativePolicies
+from swarmevo.protocols import Activation, Compiled, FeedForward, NativePolicies, SceneInfo
 from swarmevo.simulation._ffi import check, load
 
 
-def check_policies(policies: NativePolicies) -> None:
+def check_policies(policies: NativePolicies, info: SceneInfo) -> None:
     """Refuse what the library would take for something else: it is given numbers without their Python types.
+
+    Args:
+        policies: The controllers.
+        info: The scene in which they are to act.
 
     Raises:
         InvalidArgument: A member has another type or shape, or is not finite.
     """
     if isinstance(policies, FeedForward):
-        _check_networks(policies)
+        _check_networks(policies, info)
     else:
         _check_compiled(policies)
 
 
-def _check_networks(policies: FeedForward) -> None:
+def _check_networks(policies: FeedForward, info: SceneInfo) -> None:
     switch = policies.hidden_switch
     if not isinstance(switch, np.ndarray) or switch.dtype != np.bool_ or switch.ndim != 2:
         raise InvalidArgument(f"hidden_switch: expected booleans of shape (n, hidden), got {_kind(switch)}")
@@ -35,12 +39,12 @@ def _check_networks(policies: FeedForward) -> None:
         raise InvalidArgument(f"activation: expected tanh or logistic, got {policies.activation!r}")
     n, hidden = switch.shape
     bias = int(policies.bias)
-    _check_numbers("input_hidden", policies.input_hidden, (n, hidden, OBSERVATIONS + bias))
-    _check_numbers("hidden_output", policies.hidden_output, (n, COMMANDS, hidden + bias))
+    _check_numbers("input_hidden", policies.input_hidden, (n, hidden, info.observations + bias))
+    _check_numbers("hidden_output", policies.hidden_output, (n, info.commands, hidden + bias))
 
 
 def _check_compiled(policies: Compiled) -> None:
-    for name, least, most in (("function", 1, 2**64 - 1), ("memory", 0, 2**32 - 1)):
+    for name, least, most in (("function", 1, 2**64 - 1), ("memory", 0, 2**32 - 1), *_COUNTS):
         value = getattr(policies, name)
         if not isinstance(value, int | np.integer) or not least <= value <= most:
             raise InvalidArgument(f"{name}: expected a whole number from {least} to {most}, got {_kind(value)}")
@@ -48,6 +52,9 @@ def _check_compiled(policies: Compiled) -> None:
     if not isinstance(rows, np.ndarray) or rows.ndim != 2:
         raise InvalidArgument(f"parameters: expected an array of shape (n, size), got {_kind(rows)}")
     _check_numbers("parameters", rows, rows.shape)
+
+
+_COUNTS = (("observations", 0, 2**32 - 1), ("commands", 0, 2**32 - 1))
 
 
 def _check_numbers(name: str, values: object, shape: tuple[int, ...]) -> None:
@@ -73,6 +80,7 @@ def _feedforward_handles(policies: FeedForward) -> tuple[Any, list[Any]]:
     config = ffi.new("swe_network_config *")
     lib.swe_network_config_init(config)
     config.hidden, config.bias = hidden, bias
+    config.observations, config.commands = policies.input_hidden.shape[2] - bias, policies.hidden_output.shape[1]
     config.activation = getattr(lib, f"SWE_ACTIVATION_{policies.activation}".upper())
     arrays = [
         np.ascontiguousarray(policies.input_hidden, dtype=np.float64),
@@ -105,16 +113,17 @@ def _compiled_handles(policies: Compiled) -> tuple[Any, list[Any]]:
         policy.function = ffi.cast("swe_policy_function", policies.function)
         policy.parameters = start + i * rows.strides[0]
         policy.memory = policies.memory
+        policy.observations, policy.commands = policies.observations, policies.commands
     return native, [rows, policies.keep_alive]
 
 
-def native_policies(policies: NativePolicies) -> tuple[Any, list[Any]]:
-    """Return a ``swe_policy[]`` and what must live as long as it.
+def native_policies(policies: NativePolicies, info: SceneInfo) -> tuple[Any, list[Any]]:
+    """Return a ``swe_policy[]`` for a scene, and what must live as long as it.
 
     Raises:
         InvalidArgument: The library would take them for something else, or refuses them.
     """
-    check_policies(policies)
+    check_policies(policies, info)
     if isinstance(policies, FeedForward):
         return _feedforward_handles(policies)
     return _compiled_handles(policies)

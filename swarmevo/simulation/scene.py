@@ -17,7 +17,7 @@ from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation._ffi import check, load
 
-_OWN_CARE = {"start", "start_poses"}  # copied by _native_config: rows of robots are resolved to poses first
+_OWN_CARE = {"start", "start_poses", "sensors"}  # copied by _native_config: rows of robots are resolved to poses first
 
 
 def start_poses(team: Team, arena_size: float) -> FloatArray:
@@ -52,7 +52,12 @@ def _native_config(config: Config) -> tuple[Any, list[Any]]:
     lib.swe_scene_config_init(native)
     for name in WORLD:
         _copy_section(ffi, lib, getattr(native, name), getattr(config, name))
+    native.robot.sensor_count = len(config.robot.sensors)
+    for i, device in enumerate(config.robot.sensors):
+        native.robot.sensors[i] = getattr(lib, f"SWE_SENSOR_{device}".upper())
+    native.sensors.infrared_count = len(config.sensors.infrared_yaw_deg)
     native.sensors.infrared_curve_points = len(config.sensors.infrared_curve)
+    native.sensors.touch_count = len(config.sensors.touch_yaw_deg)
     native.team.start = lib.SWE_START_RANDOM if config.team.start == "random" else lib.SWE_START_POSES
 
     poses = np.ascontiguousarray(start_poses(config.team, config.arena.size))

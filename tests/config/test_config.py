@@ -319,8 +319,11 @@ WRONG = {
     "[m], got 20",
     "sensors: {infrared_curve: [[0, 1], [1, -1]]}": "sensors.infrared_curve[1][1]: expected a number from 0 to 1e+06, "
     "got -1",
-    "sensors: {infrared_yaw_deg: [0]}": "sensors.infrared_yaw_deg: expected a list of 8 numbers from -360 to 360 "
-    "[deg], got [0]",
+    "sensors: {infrared_yaw_deg: []}": "sensors.infrared_yaw_deg: expected a list of 1 to 64 numbers from -360 to "
+    "360 [deg], got []",
+    "robot: {sensors: [infrared, smell]}": "robot.sensors[1]: expected one of infrared, touch, rf, got 'smell'",
+    "robot: {sensors: [rf, infrared, rf]}": "robot.sensors: expected each device once, got rf twice",
+    "robot: {sensors: rf}": "robot.sensors: expected a list of one of infrared, touch, rf, got 'rf'",
     "evolution: {seed: -1}": "evolution.seed: expected a whole number from 0 to 9223372036854775807, got -1",
     "evolution: {seed: 1.5}": "evolution.seed: expected a whole number from 0 to 9223372036854775807, got 1.5",
     "optimiser: {pde: {}, nsga2: {}}": "optimiser: expected one plugin by name, {name: {option: value}}, "

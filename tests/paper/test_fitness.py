@@ -140,16 +140,18 @@ def test_a_missing_channel_is_named():
 
 
 def test_f2_counts_hidden_neurons():
-    genomes = np.zeros((2, FeedForwardNetwork().space(SceneInfo(5, 10, 0.1)).size))
+    controller = FeedForwardNetwork()
+    genomes = np.zeros((2, controller.space(SceneInfo(5, 10, 0.1)).size))
     genomes[1, -4:] = 1.0
-    values = HiddenNeurons().evaluate(random_telemetry([], episodes=2), genomes, FeedForwardNetwork())
+    values = HiddenNeurons().evaluate(random_telemetry([], episodes=2), genomes, controller)
     assert values.tolist() == [[0.0], [4.0]]
 
 
 def test_f2_refuses_more_than_its_maximum():
-    genomes = np.ones((1, FeedForwardNetwork().space(SceneInfo(5, 10, 0.1)).size))
+    controller = FeedForwardNetwork()
+    genomes = np.ones((1, controller.space(SceneInfo(5, 10, 0.1)).size))
     with pytest.raises(ValueError, match="expected at most 10 hidden neurons, a genome uses 15"):
-        HiddenNeurons(10).evaluate(random_telemetry([], episodes=1), genomes, FeedForwardNetwork())
+        HiddenNeurons(10).evaluate(random_telemetry([], episodes=1), genomes, controller)
 
 
 @pytest.mark.parametrize(

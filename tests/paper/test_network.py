@@ -15,6 +15,13 @@ from swarmevo_paper.network import FeedForwardNetwork
 SCENE = SceneInfo(robots=5, control_steps=10, control_period=0.1)
 
 
+def made(**options):
+    """Return the controller, which has been asked about the scene."""
+    controller = FeedForwardNetwork(**options)
+    controller.space(SCENE)
+    return controller
+
+
 class TestConformance(ControllerTests):
     def create(self):
         return FeedForwardNetwork()
@@ -85,7 +92,21 @@ def test_complexity_counts_hidden_neurons_that_are_on():
 
 def test_genomes_of_another_size_are_refused():
     with pytest.raises(ValueError, match="expected 257 entries along the last axis, got 256"):
-        FeedForwardNetwork().policies(np.zeros((1, 256)))
+        made().policies(np.zeros((1, 256)))
+
+
+def test_genomes_before_their_scene_are_refused():
+    with pytest.raises(ValueError, match=r"expected space\(scene\) to be asked for first"):
+        FeedForwardNetwork().policies(np.zeros((1, 257)))
+
+
+def test_a_genome_is_as_long_as_robots_observe_and_are_told():
+    scene = SceneInfo(5, 10, 0.1, observation_names=("a", "b"), command_names=("left", "right", "message_0"))
+    controller = FeedForwardNetwork(hidden=4)
+    assert controller.space(scene).size == 4 * 3 + 3 * 5 + 4
+    networks = controller.policies(np.zeros((2, 31)))
+    assert networks.input_hidden.shape == (2, 4, 3)
+    assert networks.hidden_output.shape == (2, 3, 5)
 
 
 @pytest.mark.parametrize(

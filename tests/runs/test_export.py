@@ -25,7 +25,7 @@ from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ExportError, StoreError
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FeedForward, FloatArray, Objective
+from swarmevo.protocols import FeedForward, FloatArray, Objective, SceneInfo
 from swarmevo.runs import export
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
@@ -121,7 +121,7 @@ def test_every_column_is_documented(folder: Path) -> None:
 def native(policies: FeedForward, observations: FloatArray) -> FloatArray:
     """Return what the library's first network commands."""
     ffi, _ = load()
-    made, keep_alive = native_policies(policies)
+    made, keep_alive = native_policies(policies, SceneInfo(1, 1, 1.0))
     commands = np.empty((len(observations), 2))
     for observation, command in zip(observations, commands, strict=True):
         made[0].function(

@@ -3,13 +3,14 @@ from __future__ import annotations
 
 import copy
 import ctypes
+import itertools
 import math
 import pickle
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
@@ -21,8 +22,9 @@ from numpy.typing import NDArray
 from forks import in_a_fork
 from swarmevo import simulation
 from swarmevo.config import Config, Team
+from swarmevo.config.models import Device
 from swarmevo.errors import InvalidArgument
-from swarmevo.protocols import CHANNELS, COMMANDS, OBSERVATIONS, Compiled, FeedForward, FloatArray
+from swarmevo.protocols import CHANNELS, Compiled, FeedForward, FloatArray, SceneInfo
 from swarmevo.simulation import EpisodeKey, Scene, simulate, simulate_lockstep
 from swarmevo.simulation._ffi import load
 
@@ -349,7 +351,7 @@ def test_a_controllers_wrong_commands_are_one_clear_error() -> None:
 
     class Broken(NumpyNetwork):
         def act(self, observations: FloatArray) -> FloatArray:
-            return np.full((*observations.shape[:2], COMMANDS), np.nan)
+            return np.full((*observations.shape[:2], 2), np.nan)
 
     genomes = cloned(1)[..., None].astype(float)
     with pytest.raises(InvalidArgument, match=r"commands: expected shape \(1, 5, 2\), got \(1, 2\)"):
@@ -391,7 +393,7 @@ def test_a_compiled_function_that_exits_is_told(tmp_path: Path) -> None:
     subprocess.run([compiler, "-shared", "-fPIC", "exits.c", "-o", "exits.so"], cwd=tmp_path, check=True)
     program = f"""
 import ctypes, numpy as np
-from swarmevo.config import Config, Team
+from swarmevo.config import Config
 from swarmevo.protocols import Compiled
 from swarmevo.simulation import EpisodeKey, Scene, simulate
 drive = ctypes.cast(ctypes.CDLL({str(tmp_path / "exits.so")!r}).drive, ctypes.c_void_p).value
@@ -483,10 +485,74 @@ def test_library_tells_what_it_is_and_survives_an_assertion_of_ode() -> None:
     simulation.selftest()
 
 
-def test_observation_and_command_sizes_are_the_headers() -> None:
+def test_the_library_counts_as_the_names_do() -> None:
     _, lib = load()
-    assert lib.SWE_OBSERVATIONS == OBSERVATIONS
-    assert lib.SWE_COMMANDS == COMMANDS
+    default = Scene(Config())
+    assert default.info.observation_names == SceneInfo(5, 1800, 0.1).observation_names  # what plugins see by default
+    for devices in itertools.permutations(get_args(Device), 2):
+        scene = Scene(sensing(*devices, infrared_yaw_deg=(0.0, 90.0, 180.0), touch_yaw_deg=(0.0,)))
+        assert (
+            lib.swe_scene_observations(scene._handle)
+            == scene.info.observations
+            == len(set(scene.info.observation_names))
+        )
+        assert lib.swe_scene_commands(scene._handle) == scene.info.commands
+
+
+# ---- lists of sensors ------------------------------------------------------------------------------------------------
+
+
+def sensing(*devices: str, **sensors: Any) -> Config:
+    """Return a short world whose robots have these sensors."""
+    config = changed("robot", sensors=devices)
+    return config.model_copy(
+        update={"sensors": config.sensors.model_copy(update=sensors), "episode": short(1.0).episode}
+    )
+
+
+def recorded(config: Config, *channels: str) -> Mapping[str, FloatArray]:
+    """Return channels of one episode of robots that drive on."""
+    info = Scene(config).info
+    outputs = np.zeros((1, info.commands, 1))
+    outputs[0, :, 0] = 0.7, 0.6
+    driving = FeedForward(np.zeros((1, 0, info.observations + 1)), outputs, np.zeros((1, 0), dtype=bool))
+    return simulate(Scene(config), driving, keys(1), channels=channels).telemetry.channels
+
+
+def test_an_observation_has_the_readings_of_the_list_in_its_order() -> None:
+    channels = recorded(sensing("rf", "touch", "infrared"), "observation", "infrared", "touch", "rf")
+    s, touch, infrared = np.split(channels["observation"], [1, 5], axis=-1)
+    assert np.array_equal(s[..., 0], channels["rf"] / 50)
+    assert np.array_equal(touch, channels["touch"])
+    assert np.array_equal(infrared, channels["infrared"])
+    assert infrared.max() > 0
+
+
+def test_channels_are_there_whether_or_not_a_robot_observes_them() -> None:
+    """So that a fitness may know more than a controller."""
+    every = recorded(sensing("infrared", "touch", "rf"), "pose", "infrared", "touch", "rf")
+    blind = recorded(sensing(), "pose", "infrared", "touch", "rf", "observation")
+    for name, values in every.items():
+        assert np.array_equal(values, blind[name])
+    assert blind["observation"].shape == (1, 10, 5, 0)
+
+
+def test_more_rays_do_not_change_those_that_were_there() -> None:
+    yaws = Config().sensors.infrared_yaw_deg
+    eight = recorded(sensing("infrared"), "infrared")["infrared"]
+    many = recorded(sensing("infrared", infrared_yaw_deg=(*yaws, *np.linspace(-180, 174, 56))), "infrared")["infrared"]
+    assert many.shape[-1] == 64
+    assert np.array_equal(many[..., :8], eight)
+
+
+def test_a_controller_for_other_observations_is_refused() -> None:
+    with pytest.raises(InvalidArgument, match=re.escape("input_hidden: expected an array of shape (1, 15, 10)")):
+        simulate(Scene(sensing("infrared", "rf")), networks(1), keys(1))
+    function = ctypes.cast(ctypes.CDLL(None).abs, ctypes.c_void_p).value or 0
+    with pytest.raises(
+        InvalidArgument, match="a controller for the 9 observations of the scene's robots, got one for 13"
+    ):
+        simulate(Scene(sensing("infrared", "rf")), Compiled(function, np.zeros((1, 1)), observations=13), keys(1))
 
 
 # ---- other processes -------------------------------------------------------------------------------------------------

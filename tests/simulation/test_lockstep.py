@@ -192,7 +192,7 @@ def test_the_state_has_every_channel_and_what_became_of_the_worlds() -> None:
         state = world.state()
         assert set(state.channels) == set(CHANNELS)
         for name, channel in CHANNELS.items():
-            assert state.channels[name].shape == (2, *channel.sizes(ROBOTS))
+            assert state.channels[name].shape == (2, *channel.sizes(world.info))
         assert np.isnan(state.command).all()
         assert state.step.tolist() == [0, 0]
         assert state.homing_time.shape == (2, ROBOTS)

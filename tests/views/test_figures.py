@@ -102,7 +102,7 @@ def test_the_network_has_what_is_switched_on(run: Path) -> None:
     (axes,) = figures.network(run, point.genome).axes
     names = [text.get_text() for text in axes.texts]
     assert len(names) == 14 + hidden + 2
-    assert {"ps0", "ps7", "box left", "RF", "bias", "left wheel", "right wheel"} < set(names)
+    assert {"infrared_0", "infrared_7", "touch_0", "rf", "bias", "left", "right"} < set(names)
     assert axes.get_title().startswith(f"{hidden} hidden neuron")
 
 

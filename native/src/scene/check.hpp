@@ -35,8 +35,13 @@ class Check {
 
     template <std::size_t n>
     bool ranges(const std::string& field, const double (&values)[n], double low, double high, const char* unit) {
+        return ranges(field, values, n, low, high, unit);
+    }
+
+    // The first n of a list.
+    bool ranges(const std::string& field, const double* values, unsigned n, double low, double high, const char* unit) {
         bool good = true;
-        for (std::size_t i = 0; i < n; ++i)
+        for (unsigned i = 0; i < n; ++i)
             good &= range(field + "[" + std::to_string(i) + "]", values[i], low, high, unit);
         return good;
     }
@@ -62,6 +67,8 @@ class Check {
 };
 
 void check_robot(Check& check, const swe_robot_config& robot, const swe_physics_config& physics);
+
+void check_sensors(Check& check, const swe_scene_config& config);
 
 // `world_is_sound`: all else passed, so that places can be looked for.
 void check_team(Check& check, const swe_scene_config& config, bool world_is_sound);

@@ -17,10 +17,10 @@ std::vector<Pose> copy_poses(const swe_team_config& team) {
     return poses;
 }
 
-std::array<Scene::Direction, SWE_INFRARED_SENSORS> directions(const double (&yaw_deg)[SWE_INFRARED_SENSORS]) {
-    std::array<Scene::Direction, SWE_INFRARED_SENSORS> rays;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        rays[i] = {std::cos(yaw_deg[i] * kRadiansPerDegree), std::sin(yaw_deg[i] * kRadiansPerDegree)};
+std::vector<Scene::Direction> directions(const double* yaw_deg, unsigned n) {
+    std::vector<Scene::Direction> rays;
+    for (unsigned i = 0; i < n; ++i)
+        rays.push_back({std::cos(yaw_deg[i] * kRadiansPerDegree), std::sin(yaw_deg[i] * kRadiansPerDegree)});
     return rays;
 }
 
@@ -41,7 +41,9 @@ Scene::Scene(const swe_scene_config& config)
       physics(config.physics),
       episode(config.episode),
       start_poses(copy_poses(config.team)),
-      infrared_rays(directions(config.sensors.infrared_yaw_deg)),
+      infrared_rays(directions(config.sensors.infrared_yaw_deg, config.sensors.infrared_count)),
+      suite(config),
+      commands(2),
       robots(config.team.robots),
       control_steps(ratio(config.episode.horizon, config.episode.control_period)),
       substeps(ratio(config.episode.control_period, config.physics.time_step)) {}

@@ -2,10 +2,10 @@
 // The immutable description of an experiment's world. Validated once, then shared by all threads.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
+#include "sensors/suite.hpp"
 #include "swarmevo.h"
 
 namespace swarmevo {
@@ -38,7 +38,9 @@ class Scene {
     struct Direction {
         double x, y;  // of a unit vector in the robot's own frame
     };
-    const std::array<Direction, SWE_INFRARED_SENSORS> infrared_rays;
+    const std::vector<Direction> infrared_rays;
+    const SensorSuite suite;  // of each robot
+    const unsigned commands;  // that each robot is told
     const unsigned robots;
     const unsigned control_steps;  // in an episode
     const unsigned substeps;       // time steps in a control step

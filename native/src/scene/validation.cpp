@@ -41,27 +41,6 @@ void check_world(Check& check, const swe_scene_config& c) {
     check.choice("emitter.reach", c.emitter.reach, SWE_REACH_ARENA);
 }
 
-void check_sensors(Check& check, const swe_sensors_config& s) {
-    check.ranges("sensors.infrared_yaw_deg", s.infrared_yaw_deg, -360, 360, "deg");
-    if (check.range("sensors.infrared_curve points", s.infrared_curve_points, 2, SWE_MAX_CURVE_POINTS, "")) {
-        for (unsigned i = 0; i < s.infrared_curve_points; ++i) {
-            const std::string point = "sensors.infrared_curve[" + std::to_string(i) + "]";
-            const bool good = check.range(point + "[0]", s.infrared_curve[i][0], 0, 10, "m") &&
-                              check.range(point + "[1]", s.infrared_curve[i][1], 0, 1e6, "");
-            if (good && i > 0 && !(s.infrared_curve[i - 1][0] < s.infrared_curve[i][0]))
-                check.fail(point + ": expected a distance above the one before, got " + number(s.infrared_curve[i][0]));
-        }
-        if (!(s.infrared_curve[0][1] > 0))
-            check.fail("sensors.infrared_curve[0][1]: expected a value above 0, by which all are divided, got " +
-                       number(s.infrared_curve[0][1]));
-    }
-    check.choice("sensors.infrared_target", s.infrared_target, SWE_INFRARED_TARGET_ALL);
-    check.ranges("sensors.touch_yaw_deg", s.touch_yaw_deg, -360, 360, "deg");
-    check.range("sensors.touch_half_width_deg", s.touch_half_width_deg, 0.1, 180, "deg");
-    check.range("sensors.touch_range", s.touch_range, 0.0001, 10, "m");
-    check.choice("sensors.touch_mode", s.touch_mode, SWE_TOUCH_MODE_FORCE);
-}
-
 // Up to it the articulated drive turns and slides the box as a simulator from outside does (docs/validation.md) [s].
 constexpr double kLongestArticulatedStep = 0.004;
 
@@ -142,7 +121,7 @@ const swe_scene_config& checked(const swe_scene_config& c) {
                                               std::to_string(c.struct_size) + ": library and caller differ in version");
     check_world(check, c);
     check_robot(check, c.robot, c.physics);
-    check_sensors(check, c.sensors);
+    check_sensors(check, c);
     check_physics(check, c);
     check_team(check, c, check.passed());
     if (!check.passed()) throw Error(SWE_INVALID_ARGUMENT, check.errors());

@@ -3,16 +3,15 @@
  * $title
  *
  * A feed-forward network: $hidden hidden units, $activation. C99, needs nothing but libm.
- *   observation  infrared ps0..ps7 in [0, 1], four box sensors from left to right in [0, 1], signal strength over its
- *                largest value
+ *   observation  $names
  *   command      left and right wheel in [-1, 1] of the top speed
  */
 #include <math.h>
 
-#define SWARMEVO_OBSERVATIONS 13
-#define SWARMEVO_INFRARED 8
-#define SWARMEVO_TOUCH 4
-#define SWARMEVO_COMMANDS 2
+#define SWARMEVO_OBSERVATIONS $observations
+#define SWARMEVO_INFRARED $infrared
+#define SWARMEVO_TOUCH $touch
+#define SWARMEVO_COMMANDS $commands
 #define SWARMEVO_HIDDEN $hidden
 #define SWARMEVO_CONTROL_PERIOD_MS $control_period_ms /* between two commands, as evolved */
 #define SWARMEVO_INFRARED_LARGEST $infrared_largest /* raw value at contact */
@@ -62,10 +61,7 @@ static double limited(double value, double least, double most) {
 /* Scales raw infrared values, touch in [0, 1] and a signal strength of 1/r^2 [1/m^2] to what the network has learnt. */
 void swarmevo_observe(const double infrared[SWARMEVO_INFRARED], const double touch[SWARMEVO_TOUCH],
                       double signal_strength, double observation[SWARMEVO_OBSERVATIONS]) {
-    int i;
-    for (i = 0; i < SWARMEVO_INFRARED; ++i)
-        observation[i] = limited(infrared[i] / SWARMEVO_INFRARED_LARGEST, 0.0, 1.0);
-    for (i = 0; i < SWARMEVO_TOUCH; ++i) observation[SWARMEVO_INFRARED + i] = limited(touch[i], 0.0, 1.0);
-    observation[SWARMEVO_OBSERVATIONS - 1] =
-        limited(signal_strength, SWARMEVO_SIGNAL_LEAST, SWARMEVO_SIGNAL_MOST) / SWARMEVO_SIGNAL_MOST;
-}
+    double *next = observation;
+    int i = 0;
+    (void)infrared, (void)touch, (void)signal_strength, (void)i, (void)next; /* what the controller does not observe */
+$observe}

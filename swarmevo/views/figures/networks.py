@@ -11,7 +11,7 @@ import numpy as np
 from swarmevo.analysis import assessment
 from swarmevo.config import Config
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FloatArray
+from swarmevo.protocols import FloatArray, SceneInfo
 from swarmevo.views import text
 from swarmevo.views.figures import style
 from swarmevo.views.figures.source import Run, opened
@@ -20,14 +20,8 @@ from swarmevo.views.figures.style import Picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SENSORS: Final = (
-    *(f"ps{i}" for i in range(8)),
-    "box left", "box mid-left", "box mid-right", "box right",
-    "RF",
-    "bias",
-)  # fmt: skip
-"""Names of a network's inputs."""
-WHEELS: Final = ("left wheel", "right wheel")
+DEVICES: Final = {"infrared": style.BLUE, "touch": style.ORANGE, "rf": style.PURPLE}
+"""Colours of some devices' readings; of the others they are sky-blue."""
 
 
 def network(run: Run, genome: int | None = None) -> Picture:
@@ -42,7 +36,8 @@ def network(run: Run, genome: int | None = None) -> Picture:
     """
     with opened(run) as store:
         chosen = assessment.watched(store, genome)[0]
-        nets = Team(store.config).networks(store.genome(chosen))
+        team = Team(store.config)
+        nets, info = team.networks(store.genome(chosen)), team.scene.info
     if nets is None:
         raise ValueError("network: expected a controller that makes FeedForward networks; this run's does not")
     hidden = np.flatnonzero(nets.hidden_switch[0])
@@ -50,7 +45,7 @@ def network(run: Run, genome: int | None = None) -> Picture:
     weights_out = out[:, [*hidden, *range(len(nets.hidden_switch[0]), out.shape[1])]]  # the bias comes last
     with style.picture(5.2, 4.2) as picture:
         axes = picture.add_subplot()
-        _draw_network(axes, into, weights_out, hidden.tolist(), nets.bias)
+        _draw_network(axes, into, weights_out, hidden.tolist(), info, nets.bias)
         return picture
 
 
@@ -59,10 +54,12 @@ def has_network(settings: Config, genome: FloatArray) -> bool:
     return Team(settings).networks(genome) is not None
 
 
-def _draw_network(axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequence[int], bias: bool) -> None:
-    """Draw weights ``into`` ``(hidden, inputs)`` and ``out`` ``(2, hidden + bias)``."""
-    names = SENSORS if bias else SENSORS[:-1]
-    left, middle, right = (_column(n) for n in (len(names), len(hidden), len(WHEELS)))
+def _draw_network(
+    axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequence[int], info: SceneInfo, bias: bool
+) -> None:
+    """Draw weights ``into`` ``(hidden, inputs)`` and ``out`` ``(commands, hidden + bias)``."""
+    names = (*info.observation_names, *(["bias"] if bias else []))
+    left, middle, right = (_column(n) for n in (len(names), len(hidden), info.commands))
     largest = max(np.abs(into).max(initial=0), np.abs(out).max(initial=0), 1e-9)
     for h, y in enumerate(middle):
         for i, start in enumerate(left):
@@ -72,12 +69,11 @@ def _draw_network(axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequenc
             _weight(axes, (1, start), (2, y), out[o, h] / largest)
         if bias:
             _weight(axes, (0, left[-1]), (2, y), out[o, -1] / largest)
-    kinds = [style.BLUE] * 8 + [style.ORANGE] * 4 + [style.PURPLE] + [style.INK]
-    for name, y, colour in zip(names, left, kinds, strict=False):
-        _node(axes, (0, y), colour, name, "right")
+    for name, y in zip(names, left, strict=True):
+        _node(axes, (0, y), _colour(name), name, "right")
     for number, y in zip(hidden, middle, strict=True):
         _node(axes, (1, y), style.GREEN, f"{number}", "above")
-    for name, y in zip(WHEELS, right, strict=True):
+    for name, y in zip(info.command_names, right, strict=True):
         _node(axes, (2, y), style.INK, name, "left")
     for name, colour in (("excites", style.BLUE), ("inhibits", style.VERMILLION)):
         axes.plot([], [], color=colour, linewidth=2, label=name)
@@ -86,6 +82,11 @@ def _draw_network(axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequenc
     axes.set_title(f"{on}; the widest line is a weight of {largest:.2g}", fontweight="normal", fontsize=9, loc="center")
     axes.set(xlim=(-0.55, 2.55), ylim=(-0.1, 1.05))
     axes.axis("off")
+
+
+def _colour(name: str) -> str:
+    """Return the colour of a network's input."""
+    return style.INK if name == "bias" else DEVICES.get(name.rpartition("_")[0] or name, style.SKY)
 
 
 def _column(n: int) -> FloatArray:

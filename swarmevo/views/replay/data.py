@@ -77,6 +77,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
             "axle": config.robot.axle_length,
             "speed": config.robot.top_speed,
             "bumper": config.robot.bumper,
+            "touch": scene.touch_sensors(config),
         },
         "unit": {"position": size / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * size / _LARGEST},
         "terms": list(recording.terms),

@@ -54,6 +54,11 @@ def colours(robots: int) -> Sequence[str]:
     return [COLOURS[robot % len(COLOURS)] for robot in range(robots)]
 
 
+def touch_sensors(config: Config) -> int:
+    """Return how many touch sensors each robot has."""
+    return len(config.sensors.touch_yaw_deg)
+
+
 def _arena(config: Config) -> list[Part]:
     size, height = config.arena.size, config.arena.wall_height
     thick, stripe = _WALL_THICKNESS * size, _STRIPE * size

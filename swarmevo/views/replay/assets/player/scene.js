@@ -53,7 +53,7 @@ class Scene {
     this.robots = track.episode.colours.map((_, i) => ({
       body: find("robots", `${i}`),
       wheels: ["left", "right"].map((side) => find("robots", `${i}`, side)),
-      touch: [0, 1, 2, 3].map((k) => find("robots", `${i}`, "touch", `${k}`)),
+      touch: Array.from({ length: track.episode.robot.touch }, (_node, k) => find("robots", `${i}`, "touch", `${k}`)),
       halo: find("robots", `${i}`, "halo"),
     }));
     const { wheel, axle } = track.episode.robot;

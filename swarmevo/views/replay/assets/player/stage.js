@@ -82,7 +82,7 @@ class Stage {
       const meter = element("span", "sw-meter", undefined, row);
       const signal = element("i", "", undefined, meter);
       const touch = element("span", "sw-touch", undefined, row);
-      const dots = [0, 1, 2, 3].map(() => element("i", "", undefined, touch));
+      const dots = Array.from({ length: this.track.episode.robot.touch }, () => element("i", "", undefined, touch));
       const home = element("span", "sw-home", "", row);
       row.addEventListener("click", () => {
         if (!this.scene) return;

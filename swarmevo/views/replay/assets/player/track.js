@@ -86,6 +86,6 @@ class Track {
   }
 
   touched(at, robot, sensor) {
-    return this.touch[4 * (at.step * this.robots + robot) + sensor] / 255;
+    return this.touch[this.episode.robot.touch * (at.step * this.robots + robot) + sensor] / 255;
   }
 }

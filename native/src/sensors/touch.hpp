@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Touch sensors: sectors of the body's rim, which answer to the nearest point of the box.
+#pragma once
+
+#include "sensors/snapshot.hpp"
+#include "sensors/suite.hpp"
+
+namespace swarmevo {
+
+extern const Device kTouch;
+
+// Touch readings in [0, 1]. SWE_TOUCH_MODE_FORCE alone reads the snapshot's push_forces.
+void sense_touch(const Glimpse& glimpse, double* readings);
+
+}  // namespace swarmevo
