@@ -92,7 +92,7 @@ def expected_at(path: tuple[int | str, ...]) -> str:
 
 def _entries(annotation: Any) -> list[tuple[Any, list[Any]]]:
     """Return type and bounds of each entry of an annotated tuple."""
-    entries = []
+    entries: list[tuple[Any, list[Any]]] = []
     for entry in get_args(annotation):
         if get_origin(entry) is Literal:
             entries.append((entry, []))
