@@ -110,19 +110,33 @@ def text() -> str:
         elif name in plugins.GROUPS:
             parts += _plugin_section(name, field)
         else:
-            parts += _section(name, schema["$defs"][field["$ref"].rpartition("/")[2]])
+            parts += _section(name, _named(schema, field))
+            parts += _entries(name, schema, _named(schema, field))
     return "\n".join(parts)
+
+
+def _named(schema: Mapping[str, Any], reference: Mapping[str, Any]) -> Mapping[str, Any]:
+    named: Mapping[str, Any] = schema["$defs"][reference["$ref"].rpartition("/")[2]]
+    return named
+
+
+def _entries(name: str, schema: Mapping[str, Any], section: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the keys of what a section has lists of."""
+    for key, field in section["properties"].items():
+        for choice in field.get("anyOf", [field]):
+            if "$ref" in choice.get("items", ()):
+                yield from _section(f"{name}.{key}[]", _named(schema, choice["items"]), level="###")
 
 
 # ---- the sections of Config ------------------------------------------------------------------------------------------
 
 
-def _section(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
+def _section(name: str, schema: Mapping[str, Any], level: str = "##") -> Iterator[str]:
     rows = []
     for key, field in schema["properties"].items():
         unit, meaning = _unit_and_meaning(field["description"])
         rows.append((f"`{name}.{key}`", unit, _range(field), _value(field["default"]), meaning))
-    yield f"## {name}\n\n{schema['description']}\n"
+    yield f"{level} {name}\n\n{schema['description']}\n"
     yield _table(("key", "unit", "range", "default", "meaning"), rows)
 
 
@@ -138,12 +152,16 @@ def _unit_and_meaning(description: str) -> tuple[str, str]:
     return units[0], _cell(meaning)
 
 
+_TEXTS = {"^[0-9a-f]{64}$": "64 hexadecimal digits", "^[a-z][a-z0-9_]{0,31}$": "a word of small letters"}
+"""What a pattern allows, in words."""
+
+
 def _range(field: Mapping[str, Any]) -> str:
     """Return in words what a JSON schema allows."""
     if "anyOf" in field:
         return " or ".join(_range(choice) for choice in field["anyOf"])
     if field.get("type") == "string" and "enum" not in field and "const" not in field:
-        return "64 hexadecimal digits" if "pattern" in field else "text"
+        return _TEXTS.get(field.get("pattern"), "text")
     if "enum" in field:
         return ", ".join(f"`{choice}`" for choice in field["enum"])
     if field["type"] == "array":
@@ -156,6 +174,8 @@ def _range(field: Mapping[str, Any]) -> str:
 
 def _list_range(field: Mapping[str, Any]) -> str:
     entries = field.get("prefixItems") or [field["items"]]
+    if "$ref" in entries[0]:
+        return f"a list of up to {field['maxItems']}, each with the keys below"
     ranges = list(dict.fromkeys(map(_range, entries)))
     least, most = field.get("minItems"), field.get("maxItems")
     count = "any number" if least is None else f"{least} to {most}" if least != most else str(least)

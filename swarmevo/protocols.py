@@ -143,7 +143,7 @@ class GenomeSpace:
 # ---- what an episode leaves ------------------------------------------------------------------------------------------
 
 
-Axis: TypeAlias = Literal["robots", "commands", "observations", "infrared", "touch"]
+Axis: TypeAlias = Literal["robots", "commands", "observations", "infrared", "touch", "movables"]
 
 
 @dataclass(frozen=True)
@@ -189,8 +189,12 @@ CHANNELS: Final[Mapping[str, Channel]] = {
     "infrared": Channel(("robots", "infrared"), "1", "readings in [0, 1]; 0: nothing in range"),
     "touch": Channel(("robots", "touch"), "1", "readings in [0, 1], from left to right; 0: the box is not in range"),
     "rf": Channel(("robots",), "1", "signal strength S, in the paper from 1 to 50", 1.0, 50.0),
-    "box": Channel((3,), "m, m, rad", "x, y, heading in [-pi, pi] of the box", _OPPOSITE, _CORNER),
-    "box_contact": Channel((), "1", "1: the box touches the target wall; 0: it does not", is_flag=True),
+    "movables": Channel(
+        ("movables", 3), "m, m, rad", "x, y, heading in [-pi, pi] of what robots can push", _OPPOSITE, _CORNER
+    ),
+    "at_goal": Channel(("movables",), "1", "1: it touches a goal's wall, or lies in its region; 0: not", is_flag=True),
+    "box": Channel((3,), "m, m, rad", "`movables` of the first; NaN without one", _OPPOSITE, _CORNER),
+    "box_contact": Channel((), "1", "`at_goal` of the first; 0 without one", is_flag=True),
 }
 """Every channel of telemetry: the only table in Python; ``native/src/channels.cpp`` has the library's."""
 
@@ -245,9 +249,9 @@ class Telemetry(_InWorld, Recorded):
     control_period: float
     """[s]"""
     homing_time: FloatArray
-    """``(episodes, robots)``: first time within the emitter's range [s]; NaN: never."""
+    """``(episodes, robots)``: first time within range of an emitter of the first channel [s]; NaN: never."""
     push_time: FloatArray
-    """``(episodes,)``: first touch of box and target wall [s]; NaN: never."""
+    """``(episodes,)``: when all movables have been at a goal, the box at the target wall [s]; NaN: never."""
     channels: Mapping[str, FloatArray]
     """By name: what was recorded."""
     world: World
@@ -354,6 +358,8 @@ class SceneInfo(_InWorld):
     """Infrared rays of a robot, whether or not it observes them."""
     touch: int = 4
     """Touch sensors, likewise."""
+    movables: int = 1
+    """What there is to be pushed."""
     world: World = field(default_factory=dict, hash=False)
     """As in :class:`Telemetry`: ``scene.world["arena"]["size"]``."""
 

@@ -34,6 +34,12 @@ extern "C" {
 #define SWE_MAX_INFRARED 64
 #define SWE_MAX_TOUCH 16
 #define SWE_MAX_CURVE_POINTS 16
+#define SWE_MAX_CORNERS 32
+#define SWE_MAX_MOVABLES 32
+#define SWE_MAX_OBSTACLES 64
+#define SWE_MAX_EMITTERS 16
+#define SWE_MAX_PATCHES 32
+#define SWE_MAX_GOALS 8
 
 /* ---- status ---- */
 
@@ -66,32 +72,80 @@ swe_status swe_selftest_ode_error(void);
 /* ---- scene ---- */
 
 typedef struct swe_arena_config {
-    double size;         /* inner side of the square [m] */
-    double wall_height;  /* [m] */
-    int32_t target_wall; /* SWE_TARGET_WALL_*: the wall that the box is to be pushed to */
+    int32_t shape;                      /* SWE_ARENA_SHAPE_* */
+    double size[2];                     /* rectangle: inner sides along x, y; circle: inner diameter, twice [m] */
+    double corners[SWE_MAX_CORNERS][2]; /* polygon: x, y [m], counter-clockwise; convex */
+    uint32_t n_corners;                 /* polygon: 3 to SWE_MAX_CORNERS */
+    double wall_height;                 /* [m] */
 } swe_arena_config;
 
-#define SWE_TARGET_WALL_NORTH 1 /* y = +size/2 */
-#define SWE_TARGET_WALL_SOUTH 2
-#define SWE_TARGET_WALL_EAST 3 /* x = +size/2 */
-#define SWE_TARGET_WALL_WEST 4
+#define SWE_ARENA_SHAPE_RECTANGLE 1
+#define SWE_ARENA_SHAPE_CIRCLE 2
+#define SWE_ARENA_SHAPE_POLYGON 3
 
-typedef struct swe_box_config {
-    double size[3];     /* extent along its own x, y, z [m] */
-    double mass;        /* [kg] */
-    double pose[3];     /* x [m], y [m], heading [rad] of its centre at the start */
-    double velocity[3]; /* x [m/s], y [m/s], about the vertical [rad/s] at the start */
-} swe_box_config;
+/* What robots can push. It stands on four feet: a box on its corners, a cylinder on its rim. */
+typedef struct swe_movable_config {
+    int32_t shape;          /* SWE_SHAPE_* */
+    double size[3];         /* box: along its own x, y, z; cylinder: diameter, diameter, height [m] */
+    double mass;            /* [kg] */
+    double friction;        /* Coulomb coefficient with the floor */
+    double feet;            /* where they stand: share of the way from the middle to the corners or the rim */
+    double pose[3];         /* x [m], y [m], heading [rad] of its centre at the start */
+    double velocity[3];     /* x [m/s], y [m/s], about the vertical [rad/s] at the start */
+    int32_t start;          /* SWE_START_POSES: at its pose; SWE_START_RANDOM: anywhere in start_region */
+    double start_region[4]; /* x from, x to, y from, y to [m] of its centre; read by SWE_START_RANDOM alone */
+} swe_movable_config;
+
+#define SWE_SHAPE_BOX 1
+#define SWE_SHAPE_CYLINDER 2
+
+/* What never moves, beside the arena's walls. Robots' rays see it. */
+typedef struct swe_obstacle_config {
+    int32_t shape;  /* SWE_SHAPE_* */
+    double size[3]; /* as a movable's [m] */
+    double pose[3]; /* x [m], y [m], heading [rad] of its centre */
+} swe_obstacle_config;
 
 typedef struct swe_emitter_config {
-    double position[3]; /* [m], fixed in the world */
+    uint32_t channel;   /* below SWE_MAX_EMITTERS; robots hear the strongest of each */
+    int32_t rides_on;   /* the movable that carries it, or SWE_NOTHING */
+    double position[3]; /* [m], in the world; in the movable's own frame if it rides on one */
     double range;       /* [m] */
     double strength[2]; /* smallest and largest signal strength S */
     int32_t reach;      /* SWE_REACH_* */
 } swe_emitter_config;
 
+#define SWE_NOTHING 1000 /* no movable */
+
 #define SWE_REACH_RANGE 1 /* heard within `range` only; S is the smallest strength outside */
 #define SWE_REACH_ARENA 2 /* heard everywhere */
+
+/* A patch of the floor in another grey; of two that overlap the later one is on top. */
+typedef struct swe_patch_config {
+    int32_t shape;  /* SWE_SHAPE_*: a rectangle or a disc */
+    double size[2]; /* along its own x, y, or diameter, twice [m] */
+    double pose[3]; /* x [m], y [m], heading [rad] of its centre */
+    double grey;    /* 0 black to 1 white */
+} swe_patch_config;
+
+typedef struct swe_ground_config {
+    double grey; /* of the floor beside the patches */
+    swe_patch_config patches[SWE_MAX_PATCHES];
+    uint32_t n_patches;
+} swe_ground_config;
+
+/* Where movables are to be brought: a wall of a rectangular arena, reached when the movable touches it, or a region of
+ * the floor, reached when the movable's centre lies in it. */
+typedef struct swe_goal_config {
+    int32_t kind;     /* SWE_GOAL_* */
+    double region[4]; /* x from, x to, y from, y to [m]; read by SWE_GOAL_REGION alone */
+} swe_goal_config;
+
+#define SWE_GOAL_NORTH 1 /* the wall y = +size/2 */
+#define SWE_GOAL_SOUTH 2
+#define SWE_GOAL_EAST 3 /* x = +size/2 */
+#define SWE_GOAL_WEST 4
+#define SWE_GOAL_REGION 5
 
 typedef struct swe_robot_config {
     double radius;                    /* of the body, to the rim of its bumper [m] */
@@ -161,8 +215,7 @@ typedef struct swe_physics_config {
     double time_step;      /* [s] */
     double gravity;        /* [m/s^2] */
     double wheel_friction; /* Coulomb coefficient wheel-floor */
-    double box_friction;   /* box-floor */
-    double side_friction;  /* between robots, box and walls */
+    double side_friction;  /* between robots, movables, obstacles and walls */
     double contact_erp;    /* ODE's error reduction parameter of contacts */
     double contact_cfm;    /* ODE's constraint force mixing of contacts [s/kg] */
     int32_t drive;         /* SWE_DRIVE_* */
@@ -178,13 +231,20 @@ typedef struct swe_episode_config {
 } swe_episode_config;
 
 #define SWE_UNTIL_HORIZON 1
-#define SWE_UNTIL_PUSH 2 /* the control step in which the box touches the target wall is the last one */
+#define SWE_UNTIL_PUSH 2 /* the control step at whose end all movables have been at a goal is the last one */
 
 typedef struct swe_scene_config {
     uint32_t struct_size;
     swe_arena_config arena;
-    swe_box_config box;
-    swe_emitter_config emitter;
+    swe_movable_config movables[SWE_MAX_MOVABLES];
+    uint32_t n_movables;
+    swe_obstacle_config obstacles[SWE_MAX_OBSTACLES];
+    uint32_t n_obstacles;
+    swe_emitter_config emitters[SWE_MAX_EMITTERS];
+    uint32_t n_emitters;
+    swe_ground_config ground;
+    swe_goal_config goals[SWE_MAX_GOALS];
+    uint32_t n_goals;
     swe_robot_config robot;
     swe_team_config team;
     swe_sensors_config sensors;
@@ -203,6 +263,7 @@ void swe_scene_destroy(swe_scene* scene); /* NULL is fine; batches made from it 
 
 uint32_t swe_scene_robots(const swe_scene* scene);
 uint32_t swe_scene_control_steps(const swe_scene* scene);
+uint32_t swe_scene_movables(const swe_scene* scene);
 uint32_t swe_scene_observations(const swe_scene* scene); /* numbers in a robot's observation */
 uint32_t swe_scene_commands(const swe_scene* scene);     /* in its command: left wheel, right wheel */
 
@@ -268,8 +329,8 @@ typedef struct swe_outcome {
     uint32_t unsolved_steps; /* steps that no further try mended */
     uint32_t control_steps;  /* done: those of the horizon at the end of an episode, or fewer: SWE_UNTIL_PUSH */
     uint64_t hash;           /* of every body's state at every control step */
-    double push_time;        /* first touch of box and target wall [s]; NaN: never */
-    double box_pose[3];      /* at the end: x [m], y [m], heading [rad] */
+    double push_time;        /* when the last movable has been at a goal [s]; NaN: not all of them, or none is there */
+    double box_pose[3];      /* of the first movable at the end: x [m], y [m], heading [rad]; NaN without one */
     double max_penetration;  /* deepest overlap of any two bodies, walls or floor, beyond bumpers' travel [m] */
     double max_lift;         /* largest rise of any body's centre above its resting height [m] */
     double min_upright;      /* smallest cosine of any body's tilt; below 0.5 a robot has fallen */

@@ -194,6 +194,9 @@ void swe_scene_destroy(swe_scene* scene) {
 uint32_t swe_scene_robots(const swe_scene* scene) {
     return scene ? scene->scene->robots : 0;
 }
+uint32_t swe_scene_movables(const swe_scene* scene) {
+    return scene ? static_cast<uint32_t>(scene->scene->movables.size()) : 0;
+}
 uint32_t swe_scene_control_steps(const swe_scene* scene) {
     return scene ? scene->scene->control_steps : 0;
 }

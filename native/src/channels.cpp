@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 #include "sensors/infrared.hpp"
 #include "sensors/rf.hpp"
@@ -66,12 +67,31 @@ void write_rf(double* values, const Moment& moment) {
         values[robot] = signal_strength({moment.scene, moment.now, moment.key, moment.step, robot});
 }
 
+void write_movables(double* values, const Moment& moment) {
+    for (const Pose& pose : moment.now.movables) values = std::copy_n(&pose.x, 3, values);
+}
+
+void write_at_goal(double* values, const Moment& moment) {
+    std::copy_n(moment.at_goal, moment.now.movables.size(), values);
+}
+
+unsigned movables(const Scene& scene) {
+    return static_cast<unsigned>(scene.movables.size());
+}
+
+unsigned poses_of_movables(const Scene& scene) {
+    return 3 * static_cast<unsigned>(scene.movables.size());
+}
+
 void write_box(double* values, const Moment& moment) {
-    std::copy_n(&moment.now.box.x, 3, values);
+    if (moment.now.movables.empty())
+        std::fill_n(values, 3, std::numeric_limits<double>::quiet_NaN());
+    else
+        std::copy_n(&moment.now.movables[0].x, 3, values);
 }
 
 void write_box_contact(double* values, const Moment& moment) {
-    *values = moment.box_touches_target;
+    *values = !moment.now.movables.empty() && moment.at_goal[0];
 }
 
 // CHANNELS in swarmevo/protocols.py says what they mean; loading the library compares names and shapes.
@@ -82,6 +102,8 @@ constexpr Channel kChannels[] = {
     {"infrared", true, 0, infrared, write_infrared},
     {"touch", true, 0, touch, write_touch},
     {"rf", true, 1, nullptr, write_rf},
+    {"movables", false, 0, poses_of_movables, write_movables},
+    {"at_goal", false, 0, movables, write_at_goal},
     {"box", false, 3, nullptr, write_box},
     {"box_contact", false, 1, nullptr, write_box_contact},
 };

@@ -17,7 +17,7 @@ struct Moment {
     const Snapshot& now;
     const EpisodeKey& key;
     unsigned step;
-    bool box_touches_target;
+    const char* at_goal;         // (movables): whether each is at a goal
     const double* observations;  // (robots, observations of the scene)
     const double* commands;      // (robots, commands of the scene), clipped
 };

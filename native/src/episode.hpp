@@ -45,17 +45,17 @@ class Episode {
 
     Snapshot now_;
     bool is_done_ = false;
-    bool box_touches_target_ = false;
+    std::vector<char> at_goal_;  // for each movable
     bool is_observed_ = false;
-    std::vector<double> observations_, clipped_, homing_times_;
+    std::vector<double> observations_, clipped_, homing_times_, goal_times_;
     double push_time_;
     std::uint64_t hash_;
 };
 
 // Start poses of an episode: given ones with jitter, or random ones. Throws Error if no free place is found.
-std::vector<Pose> draw_starts(const Scene& scene, const EpisodeKey& key);
+Starts draw_starts(const Scene& scene, const EpisodeKey& key);
 
-// Does a corner of the box touch the target wall?
-bool box_touches_target(const Scene& scene, const Pose& box);
+// Is a movable, by its place in the scene's list, where it is to be brought?
+bool is_at_any_goal(const Scene& scene, unsigned movable, const Pose& at);
 
 }  // namespace swarmevo

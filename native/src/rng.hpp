@@ -23,7 +23,7 @@ inline std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> coun
 }
 
 // What a draw is for: streams of different purposes never meet.
-enum class Purpose : std::uint32_t { start = 1, infrared = 2, wheels = 3, rf = 4 };
+enum class Purpose : std::uint32_t { start = 1, infrared = 2, wheels = 3, rf = 4, movable_start = 5 };
 
 // The key of one episode's streams.
 struct EpisodeKey {

@@ -13,10 +13,10 @@ namespace swarmevo {
 // Energy of all bumpers [J].
 inline double bumper_energy(const World& world, const Scene& scene) {
     if (scene.robot.bumper == SWE_BUMPER_RIGID) return 0;
-    const double stiffness = scene.robot.bumper_stiffness, radius = scene.robot.radius, wall = scene.arena.size / 2;
+    const double stiffness = scene.robot.bumper_stiffness, radius = scene.robot.radius, wall = scene.arena.bounds()[1];
     double energy = 0;
     const auto add = [&](double gap, double k) { energy += k * std::pow(std::min(gap, 0.0), 2) / 2; };
-    const Pose box = world.box_pose();
+    const Pose box = world.movable_pose(0);
     const double cosine = std::cos(box.heading), sine = std::sin(box.heading);
     for (unsigned i = 0; i < scene.robots; ++i) {
         const Pose robot = world.robot_pose(i);
@@ -27,8 +27,9 @@ inline double bumper_energy(const World& world, const Scene& scene) {
             add(std::hypot(robot.x - other.x, robot.y - other.y) - 2 * radius, stiffness / 2);  // in series
         }
         const double dx = robot.x - box.x, dy = robot.y - box.y;
-        const Separation to_box = separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
-                                                                scene.box.size[0] / 2, scene.box.size[1] / 2);
+        const Separation to_box =
+            separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
+                                          scene.movables[0].config.size[0] / 2, scene.movables[0].config.size[1] / 2);
         add(to_box.distance - radius, stiffness);
     }
     return energy;

@@ -20,9 +20,16 @@ struct Fixture {
                                                         0.12, -0.4, -kPi / 2, 0.24, -0.4, -kPi / 2})
         : poses(std::move(start_poses)) {
         swe_scene_config_init(&config);
-        config.arena = {1.0, 0.03, SWE_TARGET_WALL_NORTH};
-        config.box = {{0.275, 0.18, 0.03}, 0.24, {0, 0.345, 0}, {0, 0, 0}};
-        config.emitter = {{0, 0.345, 0.03}, 0.3, {1, 50}, SWE_REACH_RANGE};
+        config.arena.shape = SWE_ARENA_SHAPE_RECTANGLE;
+        config.arena.size[0] = config.arena.size[1] = 1.0;
+        config.arena.wall_height = 0.03;
+        config.movables[0] = {SWE_SHAPE_BOX, {0.275, 0.18, 0.03}, 0.24, 0.62, 1, {0, 0.345, 0},
+                              {0, 0, 0},     SWE_START_POSES,     {}};
+        config.emitters[0] = {0, SWE_NOTHING, {0, 0.345, 0.03}, 0.3, {1, 50}, SWE_REACH_RANGE};
+        config.goals[0] = {SWE_GOAL_NORTH, {}};
+        config.n_movables = config.n_emitters = config.n_goals = 1;
+        config.n_obstacles = config.ground.n_patches = 0;
+        config.ground.grey = 1;
         config.robot = {0.035, 0.05, 0.08,   0.015, 0.0205, 0.053, 6.28,
                         0.02,  0.03, 0.0005, 100,   4.5,    0.012, SWE_BUMPER_SPRUNG,
                         {},    0};
@@ -48,7 +55,7 @@ struct Fixture {
         config.sensors.touch_range = 0.002;
         config.sensors.touch_mode = SWE_TOUCH_MODE_BINARY;
         config.noise = {0.05, 0.005, 0.05, 0};
-        config.physics = {0.05, 9.81, 1.0, 0.62, 0.2, 0.2, 1e-5, SWE_DRIVE_DRIVEN_CONTACTS};
+        config.physics = {0.05, 9.81, 1.0, 0.2, 0.2, 1e-5, SWE_DRIVE_DRIVEN_CONTACTS};
         config.episode = {180, 0.1, SWE_UNTIL_HORIZON};
     }
     Fixture(const Fixture&) = delete;  // the config points into it
@@ -65,7 +72,12 @@ struct Fixture {
 
     Fixture& box_at(double x, double y, double heading = 0) {
         const double pose[] = {x, y, heading};
-        std::copy_n(pose, 3, config.box.pose);
+        std::copy_n(pose, 3, config.movables[0].pose);
+        return *this;
+    }
+
+    Fixture& arena_of(double size) {
+        config.arena.size[0] = config.arena.size[1] = size;
         return *this;
     }
 
@@ -83,6 +95,17 @@ struct Fixture {
 
     Scene scene() const { return Scene(config); }
 };
+
+// At the scene's poses, or robots at others.
+inline Starts starts_of(const Scene& scene, const std::vector<Pose>& robots) {
+    Starts starts{robots, {}};
+    for (const auto& [config, figure] : scene.movables)
+        starts.movables.push_back({config.pose[0], config.pose[1], config.pose[2]});
+    return starts;
+}
+inline Starts starts_of(const Scene& scene) {
+    return starts_of(scene, scene.start_poses);
+}
 
 inline void run(World& world, double seconds, double time_step) {
     for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();

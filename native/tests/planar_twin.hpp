@@ -25,14 +25,14 @@ class PlanarTwin {
     void run(double seconds) { planar_.advance(std::lround(seconds / parameters_.time_step)); }
 
     Pose robot_pose(unsigned robot) const { return pose(planar_.robot(robot)); }
-    Pose box_pose() const { return pose(planar_.box()); }
+    Pose movable_pose(unsigned) const { return pose(planar_.box()); }
 
   private:
     static Pose pose(const swarmevo_reference::Body& body) { return {body.x, body.y, body.heading}; }
 
     static swarmevo_reference::Parameters parameters_of(const Scene& scene) {
         swarmevo_reference::Parameters p;
-        p.arena_size = scene.arena.size;
+        p.arena_size = 2 * scene.arena.bounds()[1];
         p.robot_mass = scene.robot.mass;
         p.robot_radius = scene.robot.radius;
         p.axle = scene.robot.axle_length;
@@ -41,10 +41,10 @@ class PlanarTwin {
         p.mu_wheel = scene.physics.wheel_friction;
         p.mass_height = scene.robot.centre_of_mass;
         p.caster_offset = scene.robot.caster_offset;
-        p.box_mass = scene.box.mass;
-        p.box_length = scene.box.size[0];
-        p.box_width = scene.box.size[1];
-        p.mu_box = scene.physics.box_friction;
+        p.box_mass = scene.movables[0].config.mass;
+        p.box_length = scene.movables[0].config.size[0];
+        p.box_width = scene.movables[0].config.size[1];
+        p.mu_box = scene.movables[0].config.friction;
         p.mu_side = scene.physics.side_friction;
         p.sprung = scene.robot.bumper == SWE_BUMPER_SPRUNG;
         p.bumper_stiffness = scene.robot.bumper_stiffness;
@@ -60,8 +60,8 @@ class PlanarTwin {
     }
 
     static swarmevo_reference::Body box_of(const Scene& scene) {
-        const auto& [x, y, heading] = scene.box.pose;
-        const auto& [vx, vy, spin] = scene.box.velocity;
+        const auto& [x, y, heading] = scene.movables[0].config.pose;
+        const auto& [vx, vy, spin] = scene.movables[0].config.velocity;
         return {x, y, heading, vx, vy, spin};
     }
 

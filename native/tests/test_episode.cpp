@@ -161,13 +161,13 @@ TEST_CASE("starts: jitter within its bounds, random ones free of everything") {
     const Scene random = fixture.scene();
     for (unsigned repeat = 0; repeat < 200; ++repeat) {
         const EpisodeKey key = {5, 0, 0, repeat};
-        const auto jittered = draw_starts(row, key);
+        const auto jittered = draw_starts(row, key).robots;
         for (unsigned i = 0; i < 5; ++i) {
             CHECK(std::abs(jittered[i].x - row.start_poses[i].x) <= 0.01);
             CHECK(std::abs(jittered[i].y - row.start_poses[i].y) <= 0.01);
             CHECK(std::abs(jittered[i].heading - row.start_poses[i].heading) <= 0.1);
         }
-        const auto drawn = draw_starts(random, key);
+        const auto drawn = draw_starts(random, key).robots;
         for (unsigned i = 0; i < 5; ++i) {
             CHECK(std::abs(drawn[i].x) <= 0.45);
             CHECK((drawn[i].y >= -0.45 && drawn[i].y <= 0.15));
@@ -187,17 +187,17 @@ TEST_CASE("a command that is not finite fails the episode and says whose it was"
     CHECK_THROWS_WITH_AS(episode.advance(commands), doctest::Contains("robot 3"), Error);
 }
 
-TEST_CASE("the target can be any wall") {
+TEST_CASE("the goal can be any wall") {
     Fixture fixture;
     const auto touches = [&](int wall, const Pose& box) {
-        fixture.config.arena.target_wall = wall;
-        return box_touches_target(fixture.scene(), box);
+        fixture.config.goals[0].kind = wall;
+        return is_at_any_goal(fixture.scene(), 0, box);
     };
-    CHECK(touches(SWE_TARGET_WALL_NORTH, {0, 0.409, 0}));
-    CHECK_FALSE(touches(SWE_TARGET_WALL_NORTH, {0, 0.407, 0}));
-    CHECK(touches(SWE_TARGET_WALL_NORTH, {0, 0.361, kPi / 2}));
-    CHECK(touches(SWE_TARGET_WALL_SOUTH, {0, -0.409, 0}));
-    CHECK(touches(SWE_TARGET_WALL_EAST, {0.361, 0, 0}));
-    CHECK(touches(SWE_TARGET_WALL_WEST, {-0.361, 0, 0}));
-    CHECK_FALSE(touches(SWE_TARGET_WALL_WEST, {0.361, 0, 0}));
+    CHECK(touches(SWE_GOAL_NORTH, {0, 0.409, 0}));
+    CHECK_FALSE(touches(SWE_GOAL_NORTH, {0, 0.407, 0}));
+    CHECK(touches(SWE_GOAL_NORTH, {0, 0.361, kPi / 2}));
+    CHECK(touches(SWE_GOAL_SOUTH, {0, -0.409, 0}));
+    CHECK(touches(SWE_GOAL_EAST, {0.361, 0, 0}));
+    CHECK(touches(SWE_GOAL_WEST, {-0.361, 0, 0}));
+    CHECK_FALSE(touches(SWE_GOAL_WEST, {0.361, 0, 0}));
 }

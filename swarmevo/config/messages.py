@@ -7,7 +7,8 @@ import difflib
 import re
 import reprlib
 from collections.abc import Iterable
-from typing import Any, Final, Literal, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
 
 from annotated_types import Ge, Le, MaxLen, MinLen
 from pydantic.fields import FieldInfo
@@ -24,7 +25,7 @@ def explain(problem: ErrorDetails) -> str:
     """Return one line for one of pydantic's errors: where, what was expected, what came, what to do."""
     kind, path, value = problem["type"], problem["loc"], problem["input"]
     if kind == "extra_forbidden":
-        return _unknown(*map(str, path))
+        return _unknown(*path)
     if kind == "value_error":
         reason = problem["msg"].removeprefix("Value error, ")
         return f"{_dotted(path)}{': ' if reason.startswith('expected') else '.'}{reason}"
@@ -34,15 +35,23 @@ def explain(problem: ErrorDetails) -> str:
     return f"{_dotted(path)}: expected {expected}{unit and f' [{unit}]'}, got {shown(value)}{_hint(value, unit)}"
 
 
-def _unknown(*path: str) -> str:
+def _unknown(*path: Any) -> str:
     """Return the line about a key that is none."""
     *section, key = path
+    if len(section) > 1:  # in a list
+        return _unknown_entry(path)
     known = keys_of(*section)
     elsewhere = [f"{name}.{key}" for name in Config.model_fields if key in keys_of(name)]
     close = elsewhere or [".".join((*section, name)) for name in nearest(key, known)]
     if close:
         return f"{_dotted(path)}: unknown key; did you mean {close[0]}?"
     return f"{_dotted(path)}: unknown key; {' '.join(section) or 'the configuration'} has {', '.join(known)}"
+
+
+def _unknown_entry(path: tuple[int | str, ...]) -> str:
+    known = list(_at(path[:-1])[1].model_fields)
+    hint = did_you_mean(str(path[-1]), known) or f"; it has {', '.join(known)}"
+    return f"{_dotted(path)}: unknown key{hint}"
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -61,23 +70,35 @@ def nearest(word: str, known: Iterable[str]) -> list[str]:
     return difflib.get_close_matches(word, known, n=1)
 
 
-def _field(path: tuple[int | str, ...]) -> FieldInfo:
-    section, *keys = map(str, path)
-    field = Config.model_fields[section]
-    model = field.annotation
-    if keys and isinstance(model, type) and issubclass(model, Section):
-        return model.model_fields[keys[0]]
-    return field
+def _at(path: tuple[int | str, ...]) -> tuple[FieldInfo | None, Any, list[Any]]:
+    """Return the last field that ``path`` leads through, and type and bounds of what belongs at its end."""
+    field: FieldInfo | None = None
+    kind: Any = Config
+    bounds: list[Any] = []
+    for step in path:
+        if isinstance(kind, type) and issubclass(kind, Section):
+            field = kind.model_fields[str(step)]
+            kind, bounds = _unwrapped(field.annotation, field.metadata)
+        elif get_origin(kind) is tuple:
+            entries = _entries(kind)
+            kind, bounds = entries[int(step) if len(entries) > 1 else 0]
+    return field, kind, bounds
+
+
+def _unwrapped(annotation: Any, bounds: Iterable[Any] = ()) -> tuple[Any, list[Any]]:
+    """Return an annotation without "or nothing", and its bounds."""
+    inner = [choice for choice in get_args(annotation) if choice is not type(None)]
+    if get_origin(annotation) in (Union, UnionType) and len(inner) == 1:
+        return _unwrapped(inner[0], bounds)
+    if get_origin(annotation) is Annotated:
+        return inner[0], [bound for info in inner[1:] for bound in getattr(info, "metadata", ())]
+    return annotation, list(bounds)
 
 
 def _type(path: tuple[int | str, ...]) -> tuple[Any, list[Any]]:
     """Return type and bounds of what belongs at ``path``, which may lead into lists."""
-    field = _field(path)
-    annotation, bounds = field.annotation, field.metadata
-    for index in path[2:]:
-        entries = _entries(annotation)
-        annotation, bounds = entries[int(index) if len(entries) > 1 else 0]
-    return annotation, bounds
+    _, kind, bounds = _at(path)
+    return kind, bounds
 
 
 def expected_at(path: tuple[int | str, ...]) -> str:
@@ -86,20 +107,13 @@ def expected_at(path: tuple[int | str, ...]) -> str:
         return _describe(*_type(path))
     if len(path) > 1:
         return "options, {option: value}"
-    one = any(isinstance(bound, MaxLen) for bound in _field(path).metadata)
+    one = any(isinstance(bound, MaxLen) for bound in _at(path)[2])
     return f"{'one plugin' if one else 'plugins'} by name, {{name: {{option: value}}}}"
 
 
 def _entries(annotation: Any) -> list[tuple[Any, list[Any]]]:
     """Return type and bounds of each entry of an annotated tuple."""
-    entries: list[tuple[Any, list[Any]]] = []
-    for entry in get_args(annotation):
-        if get_origin(entry) is Literal:
-            entries.append((entry, []))
-        elif entry is not ...:
-            inner, *infos = get_args(entry)
-            entries.append((inner, [bound for info in infos for bound in info.metadata]))
-    return entries
+    return [_unwrapped(entry) for entry in get_args(annotation) if entry is not ...]
 
 
 def _describe(annotation: Any, bounds: Iterable[Any], plural: bool = False) -> str:
@@ -108,12 +122,14 @@ def _describe(annotation: Any, bounds: Iterable[Any], plural: bool = False) -> s
     if get_origin(annotation) is tuple:
         entries = _entries(annotation)
         kind, limits = entries[0]
+        if isinstance(kind, type) and issubclass(kind, Section):
+            return f"a list of sections ({', '.join(kind.model_fields)}){_at_most(bounds)}"
         same = all(entry == entries[0] for entry in entries)
         many = "lists of " if plural else "a list of "
         return many + _count(annotation, bounds) + _describe(kind, limits if same else (), plural=True)
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return f"a section ({', '.join(annotation.model_fields)})"
-    if annotation in (str, str | None):
+    if annotation is str:
         patterns = [pattern for bound in bounds if (pattern := getattr(bound, "pattern", None))]
         return f"text that matches {patterns[0]}" if patterns else "text"
     number = "number" if annotation is float else "whole number"
@@ -133,14 +149,19 @@ def _count(annotation: Any, bounds: Iterable[Any]) -> str:
     return f"{least} " if least == most else f"{least} to {most} "
 
 
+def _at_most(bounds: Iterable[Any]) -> str:
+    return "".join(f", at most {bound.max_length}" for bound in bounds if isinstance(bound, MaxLen))
+
+
 def _bound(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _unit(path: tuple[int | str, ...]) -> str:
     """Return the unit of what belongs at ``path``, as the field's docstring has it in brackets; "" if none."""
-    units = re.findall(r"\[([^]]+)\]", _field(path).description or "") if len(path) > 1 else []
-    if len(units) > 1 and get_origin(_type(path)[0]) is not tuple:
+    field, kind, _ = _at(path) if len(path) > 1 else (None, None, None)
+    units = re.findall(r"\[([^]]+)\]", (field.description if field else "") or "")
+    if len(units) > 1 and get_origin(kind) is not tuple:
         units = [units[int(path[-1])]]
     return "" if units == ["1"] else ", ".join(units)
 

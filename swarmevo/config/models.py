@@ -14,7 +14,7 @@ import sys
 from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 FromList = Field(strict=False)  # YAML has lists, no tuples
 Number = Annotated[float, Field(ge=-100, le=100)]
@@ -25,6 +25,9 @@ Strength = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=-10, le=10)]
 Shift = Annotated[float, Field(ge=0, le=1)]
 Jitter = Annotated[float, Field(ge=0, le=3.15)]
+Side = Annotated[float, Field(ge=0.2, le=100)]
+Stretch = Annotated[float, Field(ge=0.001, le=1000)]
+Place = Annotated[tuple[Number, Number], FromList]
 Vector = Annotated[tuple[Number, Number, Number], FromList]
 CurvePoint = Annotated[tuple[Annotated[float, Field(ge=0, le=10)], Annotated[float, Field(ge=0, le=1e6)]], FromList]
 
@@ -41,40 +44,133 @@ class Section(BaseModel):
 
 
 class Arena(Section):
-    """The square, walled floor."""
+    """The walled floor."""
 
+    shape: Literal["square", "rectangle", "circle", "polygon"] = "square"
+    """A square (paper IV) or a circle of `size`, a rectangle with `sides`, or a convex polygon with `corners`."""
     size: float = Field(default=1.0, ge=0.2, le=100)
-    """Inner side of the square [m] (paper IV: 1 m^2)."""
+    """Inner side of the square, inner diameter of the circle [m] (paper IV: 1 m^2)."""
+    sides: Annotated[tuple[Side, Side], FromList] = (2.0, 1.0)
+    """Inner extent of the rectangle along x, y [m]."""
+    corners: Annotated[tuple[Place, ...], FromList, Field(max_length=32)] = ()
+    """x, y of the polygon's corners [m], 3 or more, counter-clockwise."""
     wall_height: float = Field(default=0.03, ge=0.005, le=1)
     """[m] (paper IV)."""
     target_wall: Literal["north", "south", "east", "west"] = "north"
-    """The wall that the box is to be pushed to; north is y = +size/2."""
+    """The wall that the box is to be pushed to, where `scene.goals` names nothing; north is y = +size/2."""
+
+    @property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """X from, x to, y from, y to of what the walls enclose [m]."""
+        if self.shape == "polygon" and self.corners:
+            xs, ys = zip(*self.corners, strict=True)
+            return min(xs), max(xs), min(ys), max(ys)
+        width, depth = self.sides if self.shape == "rectangle" else (self.size, self.size)
+        return -width / 2, width / 2, -depth / 2, depth / 2
 
 
-class Box(Section):
-    """What is to be pushed."""
+class Movable(Section):
+    """What robots can push. It stands on four feet: a box on its corners, a cylinder on its rim."""
 
+    shape: Literal["box", "cylinder"] = "box"
+    """A cylinder has its diameter twice in `size`, and its height."""
     size: Annotated[tuple[Extent, Extent, Extent], FromList] = (0.275, 0.18, 0.03)
     """Extent along its x, y, z [m] (paper IV)."""
     mass: float = Field(default=0.24, ge=0.001, le=1000)
     """[kg] (paper IV)."""
+    friction: float | None = Field(default=None, ge=0, le=10)
+    """Coulomb coefficient with the floor; nothing: `physics.box_friction`."""
+    feet: float = Field(default=1.0, ge=0.1, le=1)
+    """Where its feet stand, as a share of the way from its middle to the corners or the rim."""
     pose: Vector = (0.0, 0.345, 0.0)
     """x [m], y [m], heading [rad] of its centre at the start."""
     velocity: Annotated[tuple[Speed, Speed, Speed], FromList] = (0.0, 0.0, 0.0)
     """x [m/s], y [m/s], about the vertical [rad/s] at the start."""
+    start: Literal["pose", "random"] = "pose"
+    """At `pose`, or, anew in each episode, anywhere in `start_region` with any heading."""
+    start_region: Annotated[tuple[Number, Number, Number, Number], FromList] = (-0.3, 0.3, -0.1, 0.3)
+    """x from, x to, y from, y to of its centre [m]; with `start: random`."""
+
+
+class Box(Movable):
+    """What is to be pushed, where `scene.movables` names nothing."""
+
+
+class Obstacle(Section):
+    """What never moves, beside the arena's walls."""
+
+    shape: Literal["box", "cylinder", "wall"] = "box"
+    """A wall leads straight from one end to the other."""
+    size: Annotated[tuple[Extent, Extent, Extent], FromList] = (0.1, 0.1, 0.1)
+    """Extent along its x, y, z; a cylinder's diameter twice, and its height; of a wall the height alone is read [m]."""
+    pose: Vector = (0.0, 0.0, 0.0)
+    """x [m], y [m], heading [rad] of its centre; not of a wall."""
+    ends: Annotated[tuple[Place, Place], FromList] = ((0.0, 0.0), (0.0, 0.3))
+    """x, y of a wall's ends [m]."""
+    thickness: float = Field(default=0.01, ge=0.01, le=1)
+    """Of a wall [m]."""
 
 
 class Emitter(Section):
-    """The RF source that the robots home in on."""
+    """The RF source that the robots home in on, where `scene.emitters` names nothing."""
 
     position: Vector = (0.0, 0.345, 0.03)
-    """[m], fixed in the world: above the box's start (paper IV)."""
+    """[m], fixed in the world: above the box's start (paper IV); or in the frame of the movable that it rides on."""
     range: float = Field(default=0.3, ge=0.01, le=1000)
     """[m] (paper IV)."""
     strength: Annotated[tuple[Strength, Strength], FromList] = (1.0, 50.0)
     """Smallest and largest signal strength S (paper eq. 1)."""
     reach: Literal["range", "arena"] = "range"
     """Whether S is heard within `range` only, or in the whole arena."""
+    channel: str = Field(default="rf", pattern="^[a-z][a-z0-9_]{0,31}$")
+    """What sensors tell it by. Robots home in on the first emitter's channel."""
+    rides_on: int | None = Field(default=None, ge=0, le=31)
+    """The movable that carries it, by its place in the list; nothing: it stands still."""
+
+
+class Goal(Section):
+    """Where movables are to be brought."""
+
+    wall: Literal["north", "south", "east", "west"] | None = None
+    """Of a square or rectangular arena: reached when a movable touches it."""
+    region: Annotated[tuple[Number, Number, Number, Number], FromList] | None = None
+    """x from, x to, y from, y to [m]: reached when a movable's centre lies in it."""
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Goal:
+        if (self.wall is None) == (self.region is None):
+            raise ValueError(f"expected a wall or a region, got {'neither' if self.wall is None else 'both'}")
+        return self
+
+
+class Patch(Section):
+    """A part of the floor in another grey; of two that overlap the later one is on top."""
+
+    shape: Literal["box", "cylinder"] = "box"
+    """A rectangle, or a disc."""
+    size: Annotated[tuple[Stretch, Stretch], FromList] = (0.2, 0.2)
+    """Extent along its x, y; a disc's diameter twice [m]."""
+    pose: Vector = (0.0, 0.0, 0.0)
+    """x [m], y [m], heading [rad] of its centre."""
+    grey: Fraction = 0.0
+    """0 is black, 1 is white."""
+
+
+class Surroundings(Section):
+    """What is in the arena beside the robots: lists in the place of one box, one emitter and one wall to push it to."""
+
+    movables: Annotated[tuple[Movable, ...], FromList, Field(max_length=32)] | None = None
+    """What robots can push; an empty list: nothing. Nothing named: the `box`."""
+    obstacles: Annotated[tuple[Obstacle, ...], FromList, Field(max_length=64)] = ()
+    """What never moves."""
+    emitters: Annotated[tuple[Emitter, ...], FromList, Field(max_length=16)] | None = None
+    """What robots hear; an empty list: nothing. Nothing named: the `emitter`."""
+    goals: Annotated[tuple[Goal, ...], FromList, Field(max_length=8)] | None = None
+    """Where movables are to be brought; an empty list: nowhere. Nothing named: to `arena.target_wall`."""
+    grey: Fraction = 1.0
+    """Of the floor beside the patches; 0 is black, 1 is white."""
+    patches: Annotated[tuple[Patch, ...], FromList, Field(max_length=32)] = ()
+    """Parts of the floor in another grey."""
 
 
 Device: TypeAlias = Literal["infrared", "touch", "rf"]
@@ -350,6 +446,7 @@ class Config(Section):
     arena: Arena = Arena()
     box: Box = Box()
     emitter: Emitter = Emitter()
+    scene: Surroundings = Surroundings()
     robot: Robot = Robot()
     team: Team = Team()
     sensors: Sensors = Sensors()
@@ -369,10 +466,34 @@ class Config(Section):
     evolution: Evolution = Evolution()
 
 
-WORLD: Final = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")
+WORLD: Final = ("arena", "box", "emitter", "scene", "robot", "team", "sensors", "noise", "physics", "episode")
 """Sections that describe the world; the others say how controllers are evolved in it."""
 
 
+def surroundings(config: Config) -> Surroundings:
+    """Return what is in the arena, every list spelled out; box, emitter and target wall where ``scene`` names none."""
+    scene, arena = config.scene, config.arena
+    named = scene.movables if scene.movables is not None else (config.box,)
+    friction = config.physics.box_friction
+    walled = arena.shape in ("square", "rectangle")
+    return scene.model_copy(
+        update={
+            "movables": tuple(
+                movable if movable.friction is not None else movable.model_copy(update={"friction": friction})
+                for movable in named
+            ),
+            "emitters": scene.emitters if scene.emitters is not None else (config.emitter,),
+            "goals": scene.goals
+            if scene.goals is not None
+            else ((Goal(wall=arena.target_wall),) if walled and named else ()),
+        }
+    )
+
+
 def world(config: Config) -> dict[str, dict[str, Any]]:
-    """Return the world of ``config``: of each section in :data:`WORLD` the keys and their values, lists as tuples."""
-    return {name: getattr(config, name).model_dump() for name in WORLD}
+    """Return the world of ``config``: of each section in :data:`WORLD` the keys and their values, lists as tuples.
+
+    The lists of ``scene`` are spelled out, as :func:`surroundings` has them.
+    """
+    plain = {name: getattr(config, name).model_dump() for name in WORLD}
+    return plain | {"scene": surroundings(config).model_dump()}

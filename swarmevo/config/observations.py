@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from swarmevo.config.models import Config, Sensors, world
+from swarmevo.config.models import Config, Sensors, surroundings, world
 from swarmevo.protocols import WHEELS, SceneInfo
 
 
@@ -33,5 +33,6 @@ def scene_info(config: Config) -> SceneInfo:
         command_names=WHEELS,
         infrared=len(sensors.infrared_yaw_deg),
         touch=len(sensors.touch_yaw_deg),
+        movables=len(surroundings(config).movables or ()),
         world=world(config),
     )

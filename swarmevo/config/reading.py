@@ -156,10 +156,12 @@ def _settled(raw: Mapping[str, Any], options: TakeOptions) -> dict[str, Any]:
 # ---- from plain data to a Config -------------------------------------------------------------------------------------
 
 _CAUSES = {
-    "box": ("arena.size", "box.size", "box.pose", "physics.box_friction"),
+    "arena": ("arena",),
+    "box": ("arena", "box.size", "box.pose", "scene", "physics.box_friction"),
     "emitter": ("emitter",),
-    "team": ("arena.size", "box.size", "box.pose", "robot.radius", "team"),
-    "robot": ("robot", "arena.size", "physics.drive", "physics.wheel_friction"),
+    "scene": ("arena", "scene", "box", "physics.box_friction"),
+    "team": ("arena", "box.size", "box.pose", "scene", "robot.radius", "team"),
+    "robot": ("robot", "arena", "physics.drive", "physics.wheel_friction"),
     "sensors": ("sensors",),
     "episode": ("physics.time_step", "episode"),
 }

@@ -8,26 +8,33 @@
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from swarmevo.config import WORLD, Config, Team, scene_info
+from swarmevo.config import Arena, Config, Obstacle, Section, Surroundings, Team, scene_info, surroundings
 from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation._ffi import check, load
 
-_OWN_CARE = {"start", "start_poses", "sensors"}  # copied by _native_config: rows of robots are resolved to poses first
+_SECTIONS = ("robot", "team", "sensors", "noise", "physics", "episode")
+"""Copied key by key."""
+_OWN_CARE = {"start", "start_poses", "sensors"}
+"""Copied on their own: rows of robots are resolved to poses first."""
+_UNSET = {"channel": None, "rides_on": None}
 
 
-def start_poses(team: Team, arena_size: float) -> FloatArray:
+def start_poses(team: Team, width: float) -> FloatArray:
     """Return the start poses ``(robots, 3)`` that a team's config names: x [m], y [m], heading [rad].
 
-    ``row``: centred rows of as many robots as the arena's width takes, from ``row_y`` on northwards, heading south.
+    ``row``: centred rows of as many robots as the arena's width [m] takes, from ``row_y`` on northwards, heading south.
     """
     if team.start == "poses":
         return np.array(team.start_poses, dtype=float).reshape(-1, 3)
-    fitting = np.nan_to_num(arena_size / team.row_spacing - 1 + 1e-9)  # half a spacing free at either wall
+    fitting = np.nan_to_num(width / team.row_spacing - 1 + 1e-9)  # half a spacing free at either wall
     in_row = int(np.clip(fitting, 1, team.robots))
     row, place = np.divmod(np.arange(team.robots), in_row)
     members = np.minimum(in_row, team.robots - row * in_row)
@@ -45,12 +52,62 @@ def _copy_section(ffi: Any, lib: Any, target: Any, section: Any) -> None:
         setattr(target, name, getattr(lib, f"SWE_{name}_{value}".upper()) if isinstance(value, str) else value)
 
 
+def _copy_arena(ffi: Any, lib: Any, native: Any, arena: Arena) -> None:
+    _copy_section(ffi, lib, native, arena.model_copy(update={"shape": None, "size": None, "corners": None}))
+    shape = "rectangle" if arena.shape == "square" else arena.shape
+    native.shape = getattr(lib, f"SWE_ARENA_SHAPE_{shape}".upper())
+    native.size = arena.sides if arena.shape == "rectangle" else (arena.size, arena.size)
+    native.n_corners = len(arena.corners)
+    for target, corner in zip(native.corners, arena.corners, strict=False):
+        target[0:2] = corner
+
+
+def _as_box(obstacle: Obstacle) -> Obstacle:
+    """Return an obstacle of a shape that the library knows: a wall is a thin box."""
+    if obstacle.shape != "wall":
+        return obstacle
+    (x, y), (to_x, to_y) = obstacle.ends
+    return Obstacle.model_construct(
+        shape="box",
+        size=(math.hypot(to_x - x, to_y - y), obstacle.thickness, obstacle.size[2]),
+        pose=((x + to_x) / 2, (y + to_y) / 2, math.atan2(to_y - y, to_x - x)),
+    )
+
+
+def _copy_scene(ffi: Any, lib: Any, native: Any, scene: Surroundings) -> None:
+    """Copy the lists of what is in the arena."""
+
+    def copy(target: Any, entries: Sequence[Section]) -> int:
+        for struct, entry in zip(target, entries, strict=False):
+            _copy_section(ffi, lib, struct, entry)
+        return len(entries)
+
+    native.n_movables = copy(native.movables, scene.movables or ())
+    for struct, movable in zip(native.movables, scene.movables or (), strict=False):
+        struct.start = lib.SWE_START_RANDOM if movable.start == "random" else lib.SWE_START_POSES
+    native.n_obstacles = copy(native.obstacles, [_as_box(obstacle) for obstacle in scene.obstacles])
+    emitters = scene.emitters or ()
+    channels = list(dict.fromkeys(emitter.channel for emitter in emitters))
+    native.n_emitters = copy(native.emitters, [emitter.model_copy(update=_UNSET) for emitter in emitters])
+    for struct, emitter in zip(native.emitters, emitters, strict=False):
+        struct.channel = channels.index(emitter.channel)
+        struct.rides_on = lib.SWE_NOTHING if emitter.rides_on is None else emitter.rides_on
+    native.ground.grey = scene.grey
+    native.ground.n_patches = copy(native.ground.patches, scene.patches)
+    native.n_goals = len(scene.goals or ())
+    for struct, goal in zip(native.goals, scene.goals or (), strict=False):
+        struct.kind = getattr(lib, f"SWE_GOAL_{goal.wall or 'region'}".upper())
+        struct.region = goal.region or (0, 0, 0, 0)
+
+
 def _native_config(config: Config) -> tuple[Any, list[Any]]:
     """Return a filled ``swe_scene_config *`` and the buffers that it points to."""
     ffi, lib = load()
     native = ffi.new("swe_scene_config *")
     lib.swe_scene_config_init(native)
-    for name in WORLD:
+    _copy_arena(ffi, lib, native.arena, config.arena)
+    _copy_scene(ffi, lib, native, surroundings(config))
+    for name in _SECTIONS:
         _copy_section(ffi, lib, getattr(native, name), getattr(config, name))
     native.robot.sensor_count = len(config.robot.sensors)
     for i, device in enumerate(config.robot.sensors):
@@ -60,7 +117,8 @@ def _native_config(config: Config) -> tuple[Any, list[Any]]:
     native.sensors.touch_count = len(config.sensors.touch_yaw_deg)
     native.team.start = lib.SWE_START_RANDOM if config.team.start == "random" else lib.SWE_START_POSES
 
-    poses = np.ascontiguousarray(start_poses(config.team, config.arena.size))
+    west, east, *_ = config.arena.bounds
+    poses = np.ascontiguousarray(start_poses(config.team, east - west))
     if config.team.start != "random" and len(poses) != config.team.robots:
         raise InvalidArgument(
             f"team.start_poses: expected one pose for each of {config.team.robots} robots, got {len(poses)}"
@@ -68,6 +126,20 @@ def _native_config(config: Config) -> tuple[Any, list[Any]]:
     buffer = ffi.from_buffer("double[]", poses)
     native.team.start_poses = buffer
     return native, [poses, buffer]
+
+
+def _in_words_of(config: Config, line: str) -> str:
+    """Return an error of the library with the keys that the config has: those of lists are in ``scene``."""
+    scene = config.scene
+    if config.arena.shape == "rectangle":
+        line = line.replace("arena.size[", "arena.sides[")
+    else:
+        line = re.sub(r"arena\.size\[\d\]", "arena.size", line)
+    if scene.movables is None:
+        line = line.replace("movables[0].friction", "physics.box_friction").replace("movables[0]", "box")
+    if scene.emitters is None:
+        line = line.replace("emitters[0]", "emitter")
+    return re.sub(r"\b(movables|obstacles|emitters|goals)\[", r"scene.\1[", line).replace("ground.", "scene.")
 
 
 def scene_errors(config: Config) -> list[str]:
@@ -94,7 +166,10 @@ class Scene:
         self._config = config
         native, _buffers = _native_config(config)
         handle = ffi.new("swe_scene **")
-        check(lib.swe_scene_create(handle, native))
+        try:
+            check(lib.swe_scene_create(handle, native))
+        except InvalidArgument as error:
+            raise InvalidArgument(*dict.fromkeys(_in_words_of(config, line) for line in error.errors)) from None
         self._handle = ffi.gc(handle[0], lib.swe_scene_destroy)
         self.info = scene_info(config)
 

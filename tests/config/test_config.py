@@ -283,11 +283,11 @@ def test_duplicate_keys_are_named_with_their_lines(errors: Any) -> None:
 
 WRONG = {
     "arena: {siz: 1}": "arena.siz: unknown key; did you mean arena.size?",
-    "arena: {colour: 1}": "arena.colour: unknown key; arena has size, wall_height, target_wall",
+    "arena: {colour: 1}": "arena.colour: unknown key; arena has shape, size, sides, corners, wall_height, target_wall",
     "optimizer: pde": "optimizer: unknown key; did you mean optimiser?",
     "population: 30": "population: unknown key; did you mean evolution.population?",
-    "7: 8": "7: unknown key; the configuration has arena, box, emitter, robot, team, sensors, noise, physics, episode, "
-    "worlds, vary, controller, fitness, optimiser, evolution",
+    "7: 8": "7: unknown key; the configuration has arena, box, emitter, scene, robot, team, sensors, noise, physics, "
+    "episode, worlds, vary, controller, fitness, optimiser, evolution",
     "box: {mass: 240 g}": "box.mass: expected a number from 0.001 to 1000 [kg], got '240 g'; "
     "write the number alone, in kg",
     'box: {mass: "0.24"}': "box.mass: expected a number from 0.001 to 1000 [kg], got '0.24'; write it without quotes",
@@ -303,7 +303,8 @@ WRONG = {
     "box: {size: [1, 2, 3, 4]}": "box.size: expected a list of 3 numbers from 0.01 to 10 [m], got [1, 2, 3, 4]",
     'box: {size: [1, "2", 3]}': "box.size[1]: expected a number from 0.01 to 10 [m], got '2'; write it without quotes",
     "box: {pose: [0, 0, 1000]}": "box.pose[2]: expected a number from -100 to 100 [rad], got 1000",
-    "box: [0.2, 0.3]": "box: expected a section (size, mass, pose, velocity), got [0.2, 0.3]",
+    "box: [0.2, 0.3]": "box: expected a section (shape, size, mass, friction, feet, pose, velocity, start, "
+    "start_region), got [0.2, 0.3]",
     "noise: []": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got []",
     "noise: off": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got false",
     "team: {robots: 0}": "team.robots: expected a whole number from 1 to 64, got 0",

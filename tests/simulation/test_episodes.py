@@ -101,8 +101,8 @@ def numbers_in(annotation: Any, metadata: Sequence[Any], value: Any, indices: tu
             yield from numbers_in(kind, [], entry, (*indices, i))
 
 
-# Rows become poses before the library sees them, and regions must be within the arena.
-NOT_COMPARED = ["team.row_y", "team.row_spacing", "team.start_region"]
+# Rows become poses before the library sees them, regions must be within the arena; test_scene.py has the sides.
+NOT_COMPARED = ["team.row_y", "team.row_spacing", "team.start_region", "box.start_region", "arena.sides"]
 
 NUMBERS = [
     Number(section, name, *found)
@@ -121,7 +121,7 @@ def test_every_number_of_the_world_has_its_range_compared() -> None:
 
     sections = [getattr(Config(), section) for section in (*WORLD, "team")]
     there = sum(count(value) for section in sections for _, value in section)
-    assert len(NUMBERS) == there - 6  # row_y, row_spacing and start_region
+    assert len(NUMBERS) == there - 12  # those of NOT_COMPARED
 
 
 @pytest.mark.parametrize("number", NUMBERS, ids=str)
@@ -167,14 +167,17 @@ def test_native_fixture_has_the_defaults() -> None:
     def values(section: Any) -> list[float]:
         return [value for value in section.model_dump().values() if isinstance(value, float)]
 
-    assert numbers(r"config\.arena = {(.*?), SWE") == values(config.arena)
-    assert numbers(r"config\.box = {(.*)};") == [
+    assert numbers(r"config\.arena\.size\[1\] = (.*);") == [config.arena.size]
+    assert numbers(r"config\.arena\.wall_height = (.*);") == [config.arena.wall_height]
+    assert numbers(r"SWE_SHAPE_BOX, {(.*), SWE_START_POSES") == [
         *config.box.size,
         config.box.mass,
+        config.physics.box_friction,
+        config.box.feet,
         *config.box.pose,
         *config.box.velocity,
     ]
-    assert numbers(r"config\.emitter = {(.*), SWE") == [
+    assert numbers(r"config\.emitters\[0\] = {0, SWE_NOTHING, (.*), SWE") == [
         *config.emitter.position,
         config.emitter.range,
         *config.emitter.strength,
@@ -184,7 +187,8 @@ def test_native_fixture_has_the_defaults() -> None:
     assert numbers(r"curve\[\]\[2\] = {((?:.|\n)*?)};") == [x for point in config.sensors.infrared_curve for x in point]
     assert numbers(r"touch\[\] = {(.*)};") == list(config.sensors.touch_yaw_deg)
     assert numbers(r"config\.noise = {(.*)};") == values(config.noise)
-    assert numbers(r"config\.physics = {(.*)};") == values(config.physics)
+    rest = config.physics.model_copy(update={"box_friction": None})  # the box has it
+    assert numbers(r"config\.physics = {(.*)};") == values(rest)
     assert numbers(r"config\.episode = {(.*)};") == values(config.episode)
 
 
@@ -219,8 +223,8 @@ def test_every_error_of_a_world_is_listed() -> None:
 @pytest.mark.parametrize(
     ("section", "values", "expected"),
     [
-        ("box", {"size": (0.01, 0.2, 0.02)}, "box.size: expected a box that slides before it tips"),
-        ("box", {"size": (1.2, 0.2, 0.02)}, "box.size: expected a box that fits into the arena"),
+        ("box", {"size": (0.01, 0.2, 0.02)}, "box.size: expected one that slides before it tips"),
+        ("box", {"size": (1.2, 0.2, 0.02)}, "box.pose: expected it inside the arena"),
         ("robot", {"wheel_radius": 0.026}, "robot.wheel_radius: expected at most half of robot.height"),
         ("robot", {"axle_length": 0.06}, "robot.axle_length: expected wheels within the body"),
         ("robot", {"caster_clearance": 0.004}, "robot.caster_clearance: expected at most a tenth"),
@@ -253,7 +257,7 @@ def test_number_of_poses_must_fit() -> None:
 )
 def test_robots_start_in_centred_rows(robots: int, size: float, rows: list[int]) -> None:
     team = Config().team.model_copy(update={"robots": robots})
-    poses = simulation.start_poses(team, arena_size=size)
+    poses = simulation.start_poses(team, width=size)
     assert poses.shape == (robots, 3)
     assert np.all(poses[:, 2] == -np.pi / 2)
     for row, members in zip(np.split(poses, np.cumsum(rows)[:-1]), rows, strict=True):

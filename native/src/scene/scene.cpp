@@ -17,6 +17,25 @@ std::vector<Pose> copy_poses(const swe_team_config& team) {
     return poses;
 }
 
+std::vector<MovableKind> movables_of(const swe_scene_config& config) {
+    std::vector<MovableKind> movables;
+    for (unsigned i = 0; i < config.n_movables; ++i) {
+        const swe_movable_config& movable = config.movables[i];
+        movables.push_back({movable, Figure::of(movable.shape, movable.size[0], movable.size[1], movable.size[2])});
+    }
+    return movables;
+}
+
+std::vector<Obstacle> obstacles_of(const swe_scene_config& config) {
+    std::vector<Obstacle> obstacles;
+    for (unsigned i = 0; i < config.n_obstacles; ++i) {
+        const swe_obstacle_config& obstacle = config.obstacles[i];
+        obstacles.push_back({Figure::of(obstacle.shape, obstacle.size[0], obstacle.size[1], obstacle.size[2]),
+                             {obstacle.pose[0], obstacle.pose[1], obstacle.pose[2]}});
+    }
+    return obstacles;
+}
+
 std::vector<Scene::Direction> directions(const double* yaw_deg, unsigned n) {
     std::vector<Scene::Direction> rays;
     for (unsigned i = 0; i < n; ++i)
@@ -32,8 +51,11 @@ unsigned ratio(double whole, double part) {
 
 Scene::Scene(const swe_scene_config& config)
     : arena(checked(config).arena),
-      box(config.box),
-      emitter(config.emitter),
+      movables(movables_of(config)),
+      obstacles(obstacles_of(config)),
+      emitters(config.emitters, config.emitters + config.n_emitters),
+      ground(config.ground),
+      goals(config.goals, config.goals + config.n_goals),
       robot(config.robot),
       team(config.team),
       sensors(config.sensors),
@@ -47,16 +69,5 @@ Scene::Scene(const swe_scene_config& config)
       robots(config.team.robots),
       control_steps(ratio(config.episode.horizon, config.episode.control_period)),
       substeps(ratio(config.episode.control_period, config.physics.time_step)) {}
-
-Separation separate_point_from_rectangle(double x, double y, double half_x, double half_y) {
-    const double nearest_x = std::clamp(x, -half_x, half_x), nearest_y = std::clamp(y, -half_y, half_y);
-    const double dx = x - nearest_x, dy = y - nearest_y;
-    const double distance = std::sqrt(dx * dx + dy * dy);
-    if (distance > 0) return {distance, nearest_x, nearest_y, dx / distance, dy / distance};
-    // Inside: the shortest way out leads through the nearest edge.
-    const double depth_x = half_x - std::abs(x), depth_y = half_y - std::abs(y);
-    if (depth_x < depth_y) return {-depth_x, std::copysign(half_x, x), y, std::copysign(1.0, x), 0};
-    return {-depth_y, x, std::copysign(half_y, y), 0, std::copysign(1.0, y)};
-}
 
 }  // namespace swarmevo

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/figure.hpp"
 #include "sensors/suite.hpp"
 #include "swarmevo.h"
 
@@ -13,9 +14,16 @@ namespace swarmevo {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kRadiansPerDegree = kPi / 180;
 
-// Position on the floor [m] and heading [rad].
-struct Pose {
-    double x, y, heading;
+// What robots can push.
+struct MovableKind {
+    swe_movable_config config;
+    Figure figure;
+};
+
+// What never moves.
+struct Obstacle {
+    Figure figure;
+    Pose pose;
 };
 
 class Scene {
@@ -23,9 +31,12 @@ class Scene {
     // Throws Error(SWE_INVALID_ARGUMENT) with all that is wrong, separated by "; ".
     explicit Scene(const swe_scene_config& config);
 
-    const swe_arena_config arena;
-    const swe_box_config box;
-    const swe_emitter_config emitter;
+    const Arena arena;
+    const std::vector<MovableKind> movables;
+    const std::vector<Obstacle> obstacles;
+    const std::vector<swe_emitter_config> emitters;
+    const swe_ground_config ground;
+    const std::vector<swe_goal_config> goals;
     const swe_robot_config robot;
     const swe_team_config team;  // its start_poses pointer is the caller's: use start_poses below
     const swe_sensors_config sensors;
@@ -45,13 +56,5 @@ class Scene {
     const unsigned control_steps;  // in an episode
     const unsigned substeps;       // time steps in a control step
 };
-
-// Distance from a point to a rectangle (half extents, centred at the origin) and the direction that leads out of it.
-struct Separation {
-    double distance;              // negative inside [m]
-    double nearest_x, nearest_y;  // on the rectangle's edge [m]
-    double normal_x, normal_y;    // unit vector from the edge towards the point
-};
-Separation separate_point_from_rectangle(double x, double y, double half_x, double half_y);
 
 }  // namespace swarmevo

@@ -8,37 +8,130 @@
 #include "epuck.hpp"
 #include "error.hpp"
 #include "scene/check.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 namespace {
 
 constexpr double kLargestControlSteps = 1e7;
 
+void check_arena(Check& check, const swe_arena_config& a) {
+    check.range("arena.wall_height", a.wall_height, 0.005, 1, "m");
+    check.choice("arena.shape", a.shape, SWE_ARENA_SHAPE_POLYGON);
+    if (a.shape != SWE_ARENA_SHAPE_POLYGON) {
+        check.ranges("arena.size", a.size, 0.2, 100, "m");
+        return;
+    }
+    if (!check.range("arena.corners: their number", a.n_corners, 3, SWE_MAX_CORNERS, "")) return;
+    bool good = true;
+    for (unsigned i = 0; i < a.n_corners; ++i)
+        good &= check.ranges("arena.corners[" + std::to_string(i) + "]", a.corners[i], -100, 100, "m");
+    double turned = 0;  // once round, all to the left
+    for (unsigned i = 0; good && i < a.n_corners; ++i) {
+        const double *from = a.corners[i], *at = a.corners[(i + 1) % a.n_corners],
+                     *to = a.corners[(i + 2) % a.n_corners];
+        const double ax = at[0] - from[0], ay = at[1] - from[1], bx = to[0] - at[0], by = to[1] - at[1];
+        const double turn = std::atan2(ax * by - ay * bx, ax * bx + ay * by);
+        turned += turn;
+        good = std::hypot(ax, ay) >= 0.01 && turn > 1e-3 && turn < 3.1;
+        if (!good)
+            check.fail("arena.corners[" + std::to_string((i + 1) % a.n_corners) +
+                       "]: expected corners at least 0.01 m apart, counter-clockwise, of a convex polygon, got one at "
+                       "which it does not turn left");
+    }
+    if (good && std::abs(turned - 2 * kPi) > 0.1)
+        check.fail("arena.corners: expected a polygon that goes round once, got one that crosses itself");
+}
+
 // Its friction with the floor must not turn a sliding box over.
-void check_box_slides(Check& check, const swe_scene_config& c) {
-    const double highest = std::min(c.box.size[0], c.box.size[1]) / c.physics.box_friction;
-    if (c.physics.box_friction > 0 && c.box.size[2] > highest)
-        check.fail("box.size: expected a box that slides before it tips, at most " + number(highest) +
-                   " m high (its shorter side over physics.box_friction), got " + number(c.box.size[2]) + " m");
+void check_slides(Check& check, const std::string& name, const swe_movable_config& m) {
+    const double highest = m.feet * std::min(m.size[0], m.size[1]) / m.friction;
+    if (m.friction > 0 && m.size[2] > highest)
+        check.fail(name + ".size: expected one that slides before it tips, at most " + number(highest) +
+                   " m high (its shorter side over " + name + ".friction), got " + number(m.size[2]) + " m");
+}
+
+void check_size(Check& check, const std::string& name, std::int32_t shape, const double (&size)[3]) {
+    check.choice(name + ".shape", shape, SWE_SHAPE_CYLINDER);
+    check.ranges(name + ".size", size, 0.01, 10, "m");
+    if (shape == SWE_SHAPE_CYLINDER && size[0] != size[1])
+        check.fail(name + ".size: expected a cylinder's diameter twice, got " + number(size[0]) + ", " +
+                   number(size[1]) + " m");
+}
+
+void check_movable(Check& check, const std::string& name, const swe_movable_config& m) {
+    const bool before = check.passed();
+    check_size(check, name, m.shape, m.size);
+    check.range(name + ".mass", m.mass, 0.001, 1000, "kg");
+    check.range(name + ".friction", m.friction, 0, 10, "");
+    check.range(name + ".feet", m.feet, 0.1, 1, "of the way to the corners");
+    check.ranges(name + ".velocity", m.velocity, -10, 10, "");
+    check.choice(name + ".start", m.start, SWE_START_RANDOM);
+    if (m.start == SWE_START_RANDOM)
+        check.ranges(name + ".start_region", m.start_region, -100, 100, "m");
+    else
+        check.ranges(name + ".pose", m.pose, -100, 100, "");
+    if (before && check.passed()) check_slides(check, name, m);
+}
+
+void check_emitter(Check& check, const std::string& name, const swe_emitter_config& e, unsigned movables) {
+    check.range(name + ".channel", e.channel, 0, SWE_MAX_EMITTERS - 1, "");
+    if (e.rides_on != SWE_NOTHING && (e.rides_on < 0 || e.rides_on >= static_cast<std::int64_t>(movables)))
+        check.fail(name + ".rides_on: expected one of the " + std::to_string(movables) + " movables, got " +
+                   number(e.rides_on));
+    check.ranges(name + ".position", e.position, -100, 100, "m");
+    check.range(name + ".range", e.range, 0.01, 1000, "m");
+    if (check.ranges(name + ".strength", e.strength, 0, 1e6, "") && !(e.strength[0] < e.strength[1]))
+        check.fail(name + ".strength: expected the smaller value first, got " + number(e.strength[0]) + ", " +
+                   number(e.strength[1]));
+    check.choice(name + ".reach", e.reach, SWE_REACH_ARENA);
+}
+
+void check_ground(Check& check, const swe_ground_config& ground) {
+    check.range("ground.grey", ground.grey, 0, 1, "");
+    if (!check.range("ground.patches: their number", ground.n_patches, 0, SWE_MAX_PATCHES, "")) return;
+    for (unsigned i = 0; i < ground.n_patches; ++i) {
+        const std::string name = "ground.patches[" + std::to_string(i) + "]";
+        check.choice(name + ".shape", ground.patches[i].shape, SWE_SHAPE_CYLINDER);
+        check.ranges(name + ".size", ground.patches[i].size, 0.001, 1000, "m");
+        check.ranges(name + ".pose", ground.patches[i].pose, -100, 100, "");
+        check.range(name + ".grey", ground.patches[i].grey, 0, 1, "");
+    }
+}
+
+void check_goal(Check& check, const std::string& name, const swe_goal_config& goal, const swe_arena_config& arena) {
+    check.choice(name, goal.kind, SWE_GOAL_REGION);
+    if (goal.kind != SWE_GOAL_REGION) {
+        if (arena.shape != SWE_ARENA_SHAPE_RECTANGLE)
+            check.fail(name +
+                       ": expected a region, for only a rectangular arena has walls to the north, south, east "
+                       "and west, got a wall");
+        return;
+    }
+    if (check.ranges(name + ".region", goal.region, -100, 100, "m") &&
+        !(goal.region[0] < goal.region[1] && goal.region[2] < goal.region[3]))
+        check.fail(name + ".region: expected x from < x to and y from < y to, got " + number(goal.region[0]) + ", " +
+                   number(goal.region[1]) + ", " + number(goal.region[2]) + ", " + number(goal.region[3]));
 }
 
 void check_world(Check& check, const swe_scene_config& c) {
-    check.range("arena.size", c.arena.size, 0.2, 100, "m");
-    check.range("arena.wall_height", c.arena.wall_height, 0.005, 1, "m");
-    check.choice("arena.target_wall", c.arena.target_wall, SWE_TARGET_WALL_WEST);
-
-    if (check.ranges("box.size", c.box.size, 0.01, 10, "m")) check_box_slides(check, c);
-    check.range("box.mass", c.box.mass, 0.001, 1000, "kg");
-    check.ranges("box.pose", c.box.pose, -100, 100, "");
-    check.ranges("box.velocity", c.box.velocity, -10, 10, "");
-
-    check.ranges("emitter.position", c.emitter.position, -100, 100, "m");
-    check.range("emitter.range", c.emitter.range, 0.01, 1000, "m");
-    if (check.ranges("emitter.strength", c.emitter.strength, 0, 1e6, "") &&
-        !(c.emitter.strength[0] < c.emitter.strength[1]))
-        check.fail("emitter.strength: expected the smaller value first, got " + number(c.emitter.strength[0]) + ", " +
-                   number(c.emitter.strength[1]));
-    check.choice("emitter.reach", c.emitter.reach, SWE_REACH_ARENA);
+    check_arena(check, c.arena);
+    bool counted = check.range("movables: their number", c.n_movables, 0, SWE_MAX_MOVABLES, "");
+    for (unsigned i = 0; counted && i < c.n_movables; ++i)
+        check_movable(check, "movables[" + std::to_string(i) + "]", c.movables[i]);
+    if (check.range("obstacles: their number", c.n_obstacles, 0, SWE_MAX_OBSTACLES, ""))
+        for (unsigned i = 0; i < c.n_obstacles; ++i) {
+            const std::string name = "obstacles[" + std::to_string(i) + "]";
+            check_size(check, name, c.obstacles[i].shape, c.obstacles[i].size);
+            check.ranges(name + ".pose", c.obstacles[i].pose, -100, 100, "");
+        }
+    if (counted && check.range("emitters: their number", c.n_emitters, 0, SWE_MAX_EMITTERS, ""))
+        for (unsigned i = 0; i < c.n_emitters; ++i)
+            check_emitter(check, "emitters[" + std::to_string(i) + "]", c.emitters[i], c.n_movables);
+    check_ground(check, c.ground);
+    if (check.range("goals: their number", c.n_goals, 0, SWE_MAX_GOALS, ""))
+        for (unsigned i = 0; i < c.n_goals; ++i)
+            check_goal(check, "goals[" + std::to_string(i) + "]", c.goals[i], c.arena);
 }
 
 // Up to it the articulated drive turns and slides the box as a simulator from outside does (docs/validation.md) [s].
@@ -67,11 +160,14 @@ void check_way(Check& check, const swe_scene_config& c) {
 // Contacts give way in proportion to their force: of all robots that press, of the heaviest body that is stopped.
 void check_softness(Check& check, const swe_scene_config& c) {
     constexpr double kDeepest = 1e-3;  // [m]
-    const double speed =
-        std::max(rim_speed(c.robot, 1, c.noise.wheels), std::hypot(c.box.velocity[0], c.box.velocity[1]));
+    double speed = rim_speed(c.robot, 1, c.noise.wheels), heaviest = c.robot.mass;
+    for (unsigned i = 0; i < std::min<unsigned>(c.n_movables, SWE_MAX_MOVABLES); ++i) {
+        speed = std::max(speed, std::hypot(c.movables[i].velocity[0], c.movables[i].velocity[1]));
+        heaviest = std::max(heaviest, c.movables[i].mass);
+    }
     const double press = c.team.robots * c.physics.wheel_friction * c.robot.mass * c.physics.gravity *
                          c.physics.time_step / c.physics.contact_erp;
-    const double impact = std::max(c.box.mass, c.robot.mass) * speed;
+    const double impact = heaviest * speed;
     const double softest = kDeepest / std::max(press, impact);
     if (c.physics.contact_cfm > softest)
         check.fail("physics.contact_cfm: expected at most " + number(softest) +
@@ -88,7 +184,6 @@ void check_physics(Check& check, const swe_scene_config& c) {
     const bool stepped = check.range("physics.time_step", c.physics.time_step, 0.0005, 0.05, "s");
     check.range("physics.gravity", c.physics.gravity, 0.1, 100, "m/s^2");
     check.range("physics.wheel_friction", c.physics.wheel_friction, 0, 10, "");
-    check.range("physics.box_friction", c.physics.box_friction, 0, 10, "");
     check.range("physics.side_friction", c.physics.side_friction, 0, 10, "");
     check.range("physics.contact_erp", c.physics.contact_erp, 0.01, 1, "");
     check.range("physics.contact_cfm", c.physics.contact_cfm, 1e-9, 0.1, "s/kg");

@@ -18,37 +18,49 @@ double infrared_range(const Scene& scene) {
 struct Surroundings {
     std::array<const Pose*, SWE_MAX_ROBOTS> robots;
     unsigned n_robots = 0;
-    bool walls = false, box = false;
+    std::array<unsigned, SWE_MAX_MOVABLES> movables;
+    std::array<unsigned, SWE_MAX_OBSTACLES> obstacles;
+    unsigned n_movables = 0, n_obstacles = 0;
+    bool walls = false;
 
-    bool empty() const { return n_robots == 0 && !walls && !box; }
+    bool empty() const { return n_robots + n_movables + n_obstacles == 0 && !walls; }
 };
 
 // Within `reach` of its centre.
 Surroundings surroundings_of(const Scene& scene, const Snapshot& now, unsigned robot, double reach) {
     const Pose& me = now.robots[robot];
     Surroundings around;
-    around.walls = std::max(std::abs(me.x), std::abs(me.y)) + reach > scene.arena.size / 2;
+    around.walls = scene.arena.distance(me.x, me.y) < reach;
     const double limit = square(reach + scene.robot.radius);
     for (unsigned i = 0; i < now.robots.size(); ++i)
         if (i != robot && square(now.robots[i].x - me.x) + square(now.robots[i].y - me.y) < limit)
             around.robots[around.n_robots++] = &now.robots[i];
-    if (scene.sensors.infrared_target == SWE_INFRARED_TARGET_ALL) {
-        const double half_diagonal = std::hypot(scene.box.size[0], scene.box.size[1]) / 2;
-        around.box = square(now.box.x - me.x) + square(now.box.y - me.y) < square(reach + half_diagonal);
-    }
+    const auto is_near = [&](const Figure& figure, const Pose& pose) {
+        return square(pose.x - me.x) + square(pose.y - me.y) < square(reach + figure.reach);
+    };
+    for (unsigned i = 0; i < scene.obstacles.size(); ++i)
+        if (is_near(scene.obstacles[i].figure, scene.obstacles[i].pose)) around.obstacles[around.n_obstacles++] = i;
+    if (scene.sensors.infrared_target == SWE_INFRARED_TARGET_ALL)
+        for (unsigned i = 0; i < now.movables.size(); ++i)
+            if (is_near(scene.movables[i].figure, now.movables[i])) around.movables[around.n_movables++] = i;
     return around;
 }
 
 double nearest_hit(const Scene& scene, const Snapshot& now, const Surroundings& around, double x, double y, double dx,
                    double dy) {
     double distance = kNothing;
-    if (around.walls) distance = ray_to_walls(x, y, dx, dy, scene.arena.size / 2);
+    if (around.walls) distance = ray_to_arena(scene.arena, x, y, dx, dy);
     for (unsigned i = 0; i < around.n_robots; ++i)
         distance =
             std::min(distance, ray_to_disc(x, y, dx, dy, around.robots[i]->x, around.robots[i]->y, scene.robot.radius));
-    if (around.box)
-        distance =
-            std::min(distance, ray_to_rectangle(x, y, dx, dy, now.box, scene.box.size[0] / 2, scene.box.size[1] / 2));
+    for (unsigned i = 0; i < around.n_movables; ++i) {
+        const unsigned seen = around.movables[i];
+        distance = std::min(distance, ray_to_figure(x, y, dx, dy, scene.movables[seen].figure, now.movables[seen]));
+    }
+    for (unsigned i = 0; i < around.n_obstacles; ++i) {
+        const Obstacle& seen = scene.obstacles[around.obstacles[i]];
+        distance = std::min(distance, ray_to_figure(x, y, dx, dy, seen.figure, seen.pose));
+    }
     return distance <= infrared_range(scene) ? distance : kNothing;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The RF receiver on top of the robot's centre: how strong the emitter's signal is.
+// The RF receiver on top of the robot's centre: how strong a signal is.
 #pragma once
 
 #include "sensors/snapshot.hpp"
@@ -9,10 +9,14 @@ namespace swarmevo {
 
 extern const Device kRf;
 
-// Is the emitter within its range of the robot's receiver?
-bool in_emitter_range(const Scene& scene, const Pose& robot);
+// Where an emitter is now [m].
+std::array<double, 3> place_of(const swe_emitter_config& emitter, const Snapshot& now);
 
-// Signal strength S = 1 / r^2 within its limits, with noise. Paper eq. 1: S = [1, 50].
-double signal_strength(const Glimpse& glimpse);
+// Is an emitter of the first channel within its range of the robot's receiver?
+bool in_emitter_range(const Scene& scene, const Snapshot& now, unsigned robot);
+
+// Signal strength S = 1 / r^2 within its limits, with noise, of the strongest emitter of a channel; 0 where there is
+// none. Paper eq. 1: S = [1, 50].
+double signal_strength(const Glimpse& glimpse, unsigned channel = 0);
 
 }  // namespace swarmevo

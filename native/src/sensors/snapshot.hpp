@@ -12,9 +12,8 @@ namespace swarmevo {
 
 // Everything that sensors need to know about a moment. What no device of the scene reads may be left empty.
 struct Snapshot {
-    std::vector<Pose> robots;
-    Pose box;
-    std::vector<double> push_forces;  // (robots): normal force on the box in the last step [N]
+    std::vector<Pose> robots, movables;
+    std::vector<double> push_forces;  // (robots, movables): normal force on each in the last step [N]
 };
 
 // A moment as one robot's devices see it: a pure function of geometry and random draws.

@@ -23,26 +23,30 @@ void sense_touch(const Glimpse& glimpse, double* readings) {
     const Scene& scene = glimpse.scene;
     const unsigned sensors = scene.sensors.touch_count;
     std::fill_n(readings, sensors, 0.0);
-    const Pose &me = glimpse.me(), &box = glimpse.now.box;
-    const double cosine = std::cos(box.heading), sine = std::sin(box.heading);
-    const double dx = me.x - box.x, dy = me.y - box.y;
-    const Separation s = separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
-                                                       scene.box.size[0] / 2, scene.box.size[1] / 2);
-    const double gap = s.distance - scene.robot.radius;
-    if (gap > scene.sensors.touch_range) return;
+    const Pose& me = glimpse.me();
+    const std::vector<Pose>& movables = glimpse.now.movables;
+    for (std::size_t i = 0; i < movables.size(); ++i) {
+        const Pose& movable = movables[i];
+        const double cosine = std::cos(movable.heading), sine = std::sin(movable.heading);
+        const double dx = me.x - movable.x, dy = me.y - movable.y;
+        const Separation s = scene.movables[i].figure.separate(cosine * dx + sine * dy, cosine * dy - sine * dx);
+        const double gap = s.distance - scene.robot.radius;
+        if (gap > scene.sensors.touch_range) continue;
 
-    double strength = 1;
-    if (scene.sensors.touch_mode == SWE_TOUCH_MODE_GRADED)
-        strength = 1 - std::max(0.0, gap) / scene.sensors.touch_range;
-    if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE)
-        strength = std::min(1.0, glimpse.now.push_forces[glimpse.robot] / traction_limit(scene));
+        double strength = 1;
+        if (scene.sensors.touch_mode == SWE_TOUCH_MODE_GRADED)
+            strength = 1 - std::max(0.0, gap) / scene.sensors.touch_range;
+        if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE)
+            strength =
+                std::min(1.0, glimpse.now.push_forces[glimpse.robot * movables.size() + i] / traction_limit(scene));
 
-    // The nearest point lies against the normal, which leads from the box to the robot.
-    const double towards_box = std::atan2(-s.normal_y, -s.normal_x) + box.heading - me.heading;
-    for (unsigned sensor = 0; sensor < sensors; ++sensor) {
-        const double centre = scene.sensors.touch_yaw_deg[sensor] * kRadiansPerDegree;
-        if (angle_between(towards_box, centre) <= scene.sensors.touch_half_width_deg * kRadiansPerDegree)
-            readings[sensor] = strength;
+        // The nearest point lies against the normal, which leads from the movable to the robot.
+        const double towards = std::atan2(-s.normal_y, -s.normal_x) + movable.heading - me.heading;
+        for (unsigned sensor = 0; sensor < sensors; ++sensor) {
+            const double centre = scene.sensors.touch_yaw_deg[sensor] * kRadiansPerDegree;
+            if (angle_between(towards, centre) <= scene.sensors.touch_half_width_deg * kRadiansPerDegree)
+                readings[sensor] = std::max(readings[sensor], strength);
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Touch sensors: sectors of the body's rim, which answer to the nearest point of the box.
+// Touch sensors: sectors of the body's rim, which answer to the nearest point of each movable.
 #pragma once
 
 #include "sensors/snapshot.hpp"
@@ -9,7 +9,8 @@ namespace swarmevo {
 
 extern const Device kTouch;
 
-// Touch readings in [0, 1]. SWE_TOUCH_MODE_FORCE alone reads the snapshot's push_forces.
+// Touch readings in [0, 1], of the movable that answers most. SWE_TOUCH_MODE_FORCE alone reads the snapshot's
+// push_forces.
 void sense_touch(const Glimpse& glimpse, double* readings);
 
 }  // namespace swarmevo

@@ -7,8 +7,10 @@
 #include "world/constants.hpp"
 
 namespace swarmevo {
-void AverageVelocity::add_body(dBodyID body, const Limits& limits) {
+
+int AverageVelocity::add_body(dBodyID body, const Limits& limits) {
     bodies_.push_back({body, limits, {}, {}, {}, {}, {}, {}, {}, false, false});
+    return static_cast<int>(bodies_.size()) - 1;
 }
 
 AverageVelocity::Motion AverageVelocity::motion_of(dBodyID body) {

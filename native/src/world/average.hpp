@@ -40,8 +40,8 @@ class AverageVelocity {
     // `drifts`: false for a model that runs at steps that need none of this.
     explicit AverageVelocity(bool drifts) : drifts_(drifts) {}
 
-    // Bodies are numbered in the order in which they are added.
-    void add_body(dBodyID body, const Limits& limits);
+    // Bodies are numbered in the order in which they are added. Returns the body's number.
+    int add_body(dBodyID body, const Limits& limits);
 
     // Before a step of this length [s]: records all velocities, and where they lead to. `cautious`: whatever is
     // noted is likely to meet.

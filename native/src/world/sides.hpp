@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the sides of robots, box and walls meet: discs, a rectangle and lines in the plane, in closed form.
+// Where the sides of robots, movables, obstacles and walls meet: discs, rectangles and lines in the plane, in closed
+// form (rectangles.hpp for two of these).
 //
 // A robot's bumper goes all round its body; its rim is the body's radius. It gives way inwards until it has used up its
 // travel: there a rigid stop is. Two robots' bumpers act one behind the other.
@@ -8,10 +9,17 @@
 #include <cmath>
 
 #include "world/average.hpp"
-#include "world/box.hpp"
 #include "world/contacts.hpp"
+#include "world/movable.hpp"
 
 namespace swarmevo {
+
+// Where two bodies may meet.
+struct Meeting {
+    double x, y, height;        // [m]
+    double normal_x, normal_y;  // from the second to the first
+    double gap;                 // between rims [m]
+};
 
 // Finds what may meet in a step that `average` has begun.
 class Sides {
@@ -21,7 +29,7 @@ class Sides {
     struct Solid {
         dBodyID body;  // nullptr: fixed
         int number;    // in `average`
-        int bumpers;   // 1 for a robot, 0 for box and wall
+        int bumpers;   // 1 for a robot, 0 for all else
     };
 
     // Two sides that may meet, and what they did when they were last solved for.
@@ -29,6 +37,7 @@ class Sides {
         bool may_meet = false;     // in this step
         bool may_stop = false;     // there are no bumpers, or they may be used up within the step
         int first, second;         // numbers in `average`; kFixed
+        int second_side;           // of the second, though it is fixed
         dBodyID bodies[2];         // nullptr: fixed
         Vector point{}, normal{};  // where; from the second to the first
         double gap, travel;        // between rims at the start of the step; of the bumpers [m]
@@ -47,11 +56,14 @@ class Sides {
     // Before the contacts of a step are added.
     void begin();
 
-    // Each returns whether anything is likely to meet in the step.
+    // Each returns whether anything is likely to meet in the step. `movable`: its place in the scene's list.
     bool add_robot_at_walls(const Solid& robot);
+    bool add_robot_at_obstacles(const Solid& robot);
     bool add_robots(const Solid& first, const Solid& second);
-    bool add_push(const Solid& robot, const Box& box, int box_number);
-    void add_box_at_walls(const Box& box, int box_number);
+    bool add_push(const Solid& robot, const Movable& movable, int number);
+    void add_movable_at_walls(const Movable& movable, int number);
+    void add_movable_at_obstacles(const Movable& movable, int number);
+    void add_movables(const Movable& first, int first_number, const Movable& second, int second_number);
 
     // Those that may meet in the step.
     const std::vector<Pair*>& pairs() const { return meeting_; }
@@ -70,33 +82,47 @@ class Sides {
     // After a step that holds.
     void finish();
 
-    // What a robot does to the box.
-    const Pair& push(int robot) const { return pairs_[at_box_ + robot]; }
+    // What others do to a body that stands, about its middle.
+    Load load_on(int number) const;
 
-    // What pressed bumpers hold, of robots and a box that stand there [J].
-    double stored_energy(const std::vector<Place>& robots, const Place& box) const;
+    // What a robot does to a movable.
+    const Pair& push(int robot, int movable) const { return pairs_[at_movables_ + robot * movables_ + movable]; }
+
+    // What pressed bumpers hold, of robots and movables that stand there [J].
+    double stored_energy(const std::vector<Place>& robots, const std::vector<Place>& movables) const;
 
   private:
-    struct Side {
-        double x, y, height;        // where they meet [m]
-        double normal_x, normal_y;  // from the second to the first
-        double gap;                 // between rims [m]
-    };
-    Side side_of_robots(const Place& first, const Place& second) const;
-    Side side_of_push(const Place& robot, const Place& box) const;
-    bool add(Pair& pair, const Solid& first, const Solid& second, const Side& side);
-    // `first`: of its four pairs.
+    Meeting meeting_of_robots(const Place& first, const Place& second) const;
+    // A disc that meets a figure: with its radius, 0 for a corner, and the height up to which both reach.
+    static Meeting meeting_of_disc(double x, double y, double radius, double height, const Figure& figure,
+                                   const Place& place);
+    Meeting meeting_of_push(const Place& robot, const Figure& figure, const Place& place) const;
+    Meeting meeting_of_obstacle(const Place& robot, std::size_t obstacle) const;
+    static Solid solid_of(const Movable& movable);
+
+    bool add(Pair& pair, const Solid& first, const Solid& second, const Meeting& meeting);
+    // `first`: of as many pairs as there are walls.
     bool add_walls(Pair* first, const Solid& solid, double x, double y, double radius, double height);
+    // `first`: of kMeetings pairs.
+    void add_figures(Pair* first, const Movable& movable, const Solid& solid, const Solid& other, const Figure& figure,
+                     const Place& place);
+
+    static constexpr int kMeetings = 2;  // of two rectangles: at both ends of what their sides have in common
 
     const Scene& scene_;
     AverageVelocity& average_;
     double reach_;  // gap from which nothing meets within a step [m]
     bool sprung_;
     double slight_load_;  // difference of two loads that does not matter [N]
-    // Robots with those before them, then with walls, then with the box; the box's corners with walls.
+    std::vector<Place> obstacles_;
+    std::size_t walls_;  // a round one counts as one
+    int movables_;
+    // Robots with those before them, with walls, with movables, with obstacles; movables with walls, by their corners,
+    // with obstacles, with those before them.
     std::vector<Pair> pairs_;
-    std::vector<Pair*> meeting_;
-    int at_walls_, at_box_, corners_;  // where those begin
+    std::vector<Pair*> meeting_;  // in the step as it is laid out
+    std::vector<Pair*> met_;      // in the last one that held, or in a try of this one; some more than once
+    std::size_t at_walls_, at_movables_, at_obstacles_, movable_at_walls_, movable_at_obstacles_, movable_at_movables_;
 };
 
 }  // namespace swarmevo

@@ -31,21 +31,26 @@ std::uint64_t fold(std::uint64_t hash, double value) {
 
 }  // namespace
 
-State::State(const Scene& description, const std::vector<Pose>& starts)
+State::State(const Scene& description, const Starts& starts)
     : scene(description),
       is_level(description.physics.drive == SWE_DRIVE_DRIVEN_CONTACTS),
       contacts(ode, description.physics),
       average(is_level),
       sides(description, average),
-      compliant(contacts, kForceError * traction_limit(description)),
-      box(description, ode.id()) {
+      compliant(contacts, kForceError * traction_limit(description)) {
     dWorldSetGravity(ode.id(), 0, 0, -scene.physics.gravity);
     dWorldSetERP(ode.id(), scene.physics.contact_erp);
     dWorldSetCFM(ode.id(), scene.physics.contact_cfm);
     dWorldSetAutoDisableFlag(ode.id(), 0);
-    robots.resize(starts.size());  // once: ODE keeps pointers to their feedback
-    for (std::size_t i = 0; i < starts.size(); ++i) add_robot(robots[i], static_cast<int>(i), starts[i]);
-    add_box();
+    movables.reserve(scene.movables.size());  // once: solvers keep pointers to their feet
+    for (std::size_t i = 0; i < scene.movables.size(); ++i)
+        movables.emplace_back(scene, scene.movables[i], ode.id(), starts.movables[i]);
+    robots.resize(starts.robots.size());  // once: ODE keeps pointers to their feedback
+    for (std::size_t i = 0; i < robots.size(); ++i) add_robot(robots[i], static_cast<int>(i), starts.robots[i]);
+    for (Movable& movable : movables) {
+        movable.set_number(average.add_body(movable.body(), movable.limits()));
+        bodies.push_back(movable.body());
+    }
 }
 
 void State::add_robot(Robot& robot, int number, const Pose& start) {
@@ -62,15 +67,6 @@ void State::add_robot(Robot& robot, int number, const Pose& start) {
     }
 }
 
-void State::add_box() {
-    bodies.push_back(box.body());
-    // Friction sits on the corners; turning about the middle each has half a diagonal as its lever.
-    const double pull = scene.physics.box_friction * scene.physics.gravity;
-    const double gyration_squared = box.reach() * box.reach() / 3;
-    box_number = static_cast<int>(robots.size());
-    average.add_body(box.body(), {pull, pull * box.reach() / gyration_squared, box.reach()});
-}
-
 void State::set_rim_speeds(unsigned number, double left, double right) {
     Robot& robot = robots[number];
     if (robot.drive->speed_change(left, right) > kSpeedJump) compliant.forget(robot.number);
@@ -79,10 +75,11 @@ void State::set_rim_speeds(unsigned number, double left, double right) {
 }
 
 double State::energy() const {
-    std::vector<Place> places;
+    std::vector<Place> places, movable_places;
     for (const Robot& robot : robots) places.push_back(place_of(robot.drive->body()));
-    double sum =
-        sides.stored_energy(places, place_of(box.body())) + energy_of(box.body(), box.height(), scene.physics.gravity);
+    for (const Movable& movable : movables) movable_places.push_back(place_of(movable.body()));
+    double sum = sides.stored_energy(places, movable_places);
+    for (const Movable& movable : movables) sum += energy_of(movable.body(), movable.height(), scene.physics.gravity);
     for (const Robot& robot : robots)
         for (std::size_t i = 0; i < robot.resting_heights.size(); ++i)
             sum += energy_of(robot.drive->bodies()[i], robot.resting_heights[i], scene.physics.gravity);

@@ -8,12 +8,13 @@
 
 #include "scene/scene.hpp"
 #include "world/average.hpp"
-#include "world/box.hpp"
 #include "world/compliant.hpp"
 #include "world/contacts.hpp"
 #include "world/drive.hpp"
+#include "world/movable.hpp"
 #include "world/ode.hpp"
 #include "world/sides.hpp"
+#include "world/world.hpp"
 
 namespace swarmevo {
 
@@ -35,7 +36,7 @@ struct Robot {
 };
 
 struct State {
-    State(const Scene& description, const std::vector<Pose>& starts);
+    State(const Scene& description, const Starts& starts);
     State(const State&) = delete;  // its parts refer to each other
     State& operator=(const State&) = delete;
 
@@ -56,13 +57,11 @@ struct State {
     Sides sides;
     CompliantStep compliant;
     std::vector<Robot> robots;
-    Box box;
-    int box_number = 0;           // in `average`
+    std::vector<Movable> movables;
     std::vector<dBodyID> bodies;  // all
 
   private:
     void add_robot(Robot& robot, int number, const Pose& start);
-    void add_box();
 };
 
 }  // namespace swarmevo

@@ -30,7 +30,9 @@ void stop_if_still(dBodyID body) {
 
 bool nothing_to_solve(const State& state) {
     const auto is_solved = [](const Robot& robot) { return robot.role == Role::solved; };
-    return state.box.stands() && std::none_of(state.robots.begin(), state.robots.end(), is_solved);
+    const auto stands = [](const Movable& movable) { return movable.stands(); };
+    return std::all_of(state.movables.begin(), state.movables.end(), stands) &&
+           std::none_of(state.robots.begin(), state.robots.end(), is_solved);
 }
 
 }  // namespace
@@ -68,25 +70,24 @@ void Stepper::lay_out(Attempt& attempt) {
     find_contacts(attempt);
     for (const auto& assumption : assumptions_) assumption->before_solving(attempt);
     for (const Robot& robot : state_.robots) set_enabled(robot.drive->body(), robot.role == Role::solved);
-    Box& box = state_.box;
-    set_enabled(box.body(), !box.stands());
-    if (!box.stands()) state_.sides.add_box_at_walls(box, state_.box_number);
+    for (const Movable& movable : state_.movables) set_enabled(movable.body(), !movable.stands());
+    find_contacts_of_movables();
 }
 
 // Feet and wheels are first expected to slip as they do now.
 void Stepper::expect_present_motion() {
-    state_.box.expect();
+    for (Movable& movable : state_.movables) movable.expect();
     for (Robot& robot : state_.robots) robot.drive->expect();
 }
 
-// Of robots with walls, with those before them, and with the box.
+// Of robots with walls, with those before them, with movables and obstacles.
 void Stepper::find_contacts(const Attempt& attempt) {
     AverageVelocity& average = state_.average;
     Sides& sides = state_.sides;
     std::vector<Robot>& robots = state_.robots;
     average.begin(attempt.time_step, attempt.is_cautious);
     sides.begin();
-    state_.box.place_at(average.place(state_.box_number));
+    for (Movable& movable : state_.movables) movable.place_at(average.place(movable.number()));
     for (Robot& robot : robots) {
         const Twist aim = robot.drive->intended_motion();
         average.intend(robot.number, aim.x, aim.y);
@@ -97,7 +98,24 @@ void Stepper::find_contacts(const Attempt& attempt) {
         if (sides.add_robot_at_walls(solid(robot))) robot.is_free = false;
         for (int i = 0; i < robot.number; ++i)
             if (sides.add_robots(solid(robot), solid(robots[i]))) robot.is_free = robots[i].is_free = false;
-        if (sides.add_push(solid(robot), state_.box, state_.box_number)) robot.is_free = false;
+        for (std::size_t i = 0; i < state_.movables.size(); ++i)
+            if (sides.add_push(solid(robot), state_.movables[i], static_cast<int>(i))) robot.is_free = false;
+        if (sides.add_robot_at_obstacles(solid(robot))) robot.is_free = false;
+    }
+}
+
+// Of those that may move with walls, obstacles and each other.
+void Stepper::find_contacts_of_movables() {
+    const std::vector<Movable>& movables = state_.movables;
+    for (std::size_t i = 0; i < movables.size(); ++i) {
+        const int number = static_cast<int>(i);
+        if (!movables[i].stands()) {
+            state_.sides.add_movable_at_walls(movables[i], number);
+            state_.sides.add_movable_at_obstacles(movables[i], number);
+        }
+        for (int j = 0; j < number; ++j)
+            if (!movables[i].stands() || !movables[j].stands())
+                state_.sides.add_movables(movables[i], number, movables[j], j);
     }
 }
 
@@ -128,9 +146,10 @@ bool Stepper::solve_by_newton(double time_step) {
         compliant.add_body(robot.number, robot.drive->body(), place, robot.drive.get());
         robot.drive->add_to(compliant, place);
     }
-    if (!state_.box.stands()) {
-        compliant.add_body(state_.box_number, state_.box.body(), state_.average.place(state_.box_number), nullptr);
-        state_.box.add_to(compliant);
+    for (Movable& movable : state_.movables) {
+        if (movable.stands()) continue;
+        compliant.add_body(movable.number(), movable.body(), state_.average.place(movable.number()), nullptr);
+        movable.add_to(compliant);
     }
     for (Sides::Pair* pair : state_.sides.pairs()) compliant.add_pair(*pair);
     return compliant.solve();
@@ -145,9 +164,10 @@ unsigned Stepper::solve_by_ode(const Attempt& attempt) {
         state_.average.place_body(robot.number);
         robot.drive->add_to(contacts, state_.average.place(robot.number));
     }
-    if (!state_.box.stands()) {
-        state_.average.place_body(state_.box_number);
-        state_.box.add_to(contacts);
+    for (Movable& movable : state_.movables) {
+        if (movable.stands()) continue;
+        state_.average.place_body(movable.number());
+        movable.add_to(contacts);
     }
     state_.sides.add_to(contacts);
     return state_.ode.step(attempt.time_step);
@@ -178,7 +198,7 @@ bool Stepper::holds(Attempt& attempt) {
 void Stepper::accept(const Attempt& attempt) {
     const bool by_ode = attempt.solver == Solver::ode;
     if (attempt.warnings > 0) ++unsolved_;
-    state_.box.finish(by_ode);
+    for (Movable& movable : state_.movables) movable.finish(by_ode);
     state_.sides.finish();
     // The articulated reference runs at steps that need no correction: ODE moved it.
     if (state_.is_level) state_.average.apply();

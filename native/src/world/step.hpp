@@ -27,6 +27,7 @@ class Stepper {
     void lay_out(Attempt& attempt);
     void expect_present_motion();
     void find_contacts(const Attempt& attempt);
+    void find_contacts_of_movables();
     void solve(Attempt& attempt);
     bool solve_by_newton(double time_step);
     unsigned solve_by_ode(const Attempt& attempt);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Contacts are computed in closed form (sides.cpp), and not by ODE's collision code: everything is an upright disc, a
-// box, a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
+// rectangle, a wall or the floor, and ODE's generic contact points made pushing depend on the time step.
 //
 // Model
-//   - Floor: friction is Coulomb's, in a circle under each wheel and each foot of the box (rub.hpp). With driven
+//   - Floor: friction is Coulomb's, in a circle under each wheel and each foot of a movable (rub.hpp). With driven
 //     contacts bodies stay level, and what presses on the floor is known by statics; articulated, it is solved for.
 //   - Sides: bodies meet in the plane, as discs and rectangles, at one height. A disc's side is a vertical line; the
 //     force's centre along it is taken where it tips neither body. Robots meet by their bumpers.
@@ -33,7 +33,7 @@ struct World::Impl {
     Stepper stepper{state, all_assumptions(state)};
     Extremes extremes;
 
-    Impl(const Scene& scene, const std::vector<Pose>& starts) : state(scene, starts) {}
+    Impl(const Scene& scene, const Starts& starts) : state(scene, starts) {}
 
     void note_extremes() {
         extremes.penetration = state.contacts.deepest_overlap();
@@ -42,11 +42,11 @@ struct World::Impl {
             extremes.upright = std::min(extremes.upright, dBodyGetRotation(body)[10]);
         };
         for (const Robot& robot : state.robots) note(robot.drive->body(), robot.resting_heights[0]);
-        note(state.box.body(), state.box.height());
+        for (const Movable& movable : state.movables) note(movable.body(), movable.height());
     }
 };
 
-World::World(const Scene& scene, const std::vector<Pose>& starts) : impl_(new Impl(scene, starts)) {}
+World::World(const Scene& scene, const Starts& starts) : impl_(new Impl(scene, starts)) {}
 World::~World() = default;
 
 void World::set_rim_speeds(unsigned robot, double left, double right) {
@@ -61,12 +61,12 @@ void World::step() {
 Pose World::robot_pose(unsigned robot) const {
     return pose_of(impl_->state.robots[robot].drive->body());
 }
-Pose World::box_pose() const {
-    return pose_of(impl_->state.box.body());
+Pose World::movable_pose(unsigned movable) const {
+    return pose_of(impl_->state.movables[movable].body());
 }
 
-double World::push_force(unsigned robot) const {
-    const Sides::Pair& push = impl_->state.sides.push(static_cast<int>(robot));
+double World::push_force(unsigned robot, unsigned movable) const {
+    const Sides::Pair& push = impl_->state.sides.push(static_cast<int>(robot), static_cast<int>(movable));
     return push.may_meet ? push.press() : 0;
 }
 

@@ -19,9 +19,14 @@ struct Extremes {
     double upright = 1;      // smallest cosine of a body's tilt
 };
 
+// Where all begins.
+struct Starts {
+    std::vector<Pose> robots, movables;
+};
+
 class World {
   public:
-    World(const Scene& scene, const std::vector<Pose>& starts);
+    World(const Scene& scene, const Starts& starts);
     ~World();
     World(const World&) = delete;
     World& operator=(const World&) = delete;
@@ -33,10 +38,10 @@ class World {
     void step();
 
     Pose robot_pose(unsigned robot) const;
-    Pose box_pose() const;
+    Pose movable_pose(unsigned movable) const;
 
-    // Normal force of a robot on the box in the last step [N]; recorded where sensors need it.
-    double push_force(unsigned robot) const;
+    // Normal force of a robot on a movable in the last step [N]; recorded where sensors need it.
+    double push_force(unsigned robot, unsigned movable) const;
 
     // Sum over all bodies, potential energy above rest and kinetic [J].
     double energy() const;

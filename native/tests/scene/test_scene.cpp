@@ -45,16 +45,12 @@ TEST_CASE("a config that nobody filled names every field") {
     swe_scene_config config;
     swe_scene_config_init(&config);
     const std::string errors = errors_of(config);
-    for (const char* field : {"arena.size",
+    for (const char* field : {"arena.shape",
                               "arena.wall_height",
-                              "arena.target_wall",
-                              "box.size[0]",
-                              "box.mass",
-                              "box.pose[2]",
-                              "emitter.position[1]",
-                              "emitter.range",
-                              "emitter.strength[0]",
-                              "emitter.reach",
+                              "movables: their number",
+                              "obstacles: their number",
+                              "ground.grey",
+                              "goals: their number",
                               "robot.radius",
                               "robot.height",
                               "robot.mass",
@@ -82,7 +78,6 @@ TEST_CASE("a config that nobody filled names every field") {
                               "physics.time_step",
                               "physics.gravity",
                               "physics.wheel_friction",
-                              "physics.box_friction",
                               "physics.side_friction",
                               "physics.contact_erp",
                               "physics.contact_cfm",
@@ -96,12 +91,12 @@ TEST_CASE("bad values are named") {
     using Spoil = std::function<void(swe_scene_config&)>;
     constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
     const std::pair<const char*, Spoil> cases[] = {
-        {"box.mass", [](auto& c) { c.box.mass = -0.24; }},
-        {"box.mass", [](auto& c) { c.box.mass = infinity; }},
-        {"arena.size", [](auto& c) { c.arena.size = nan; }},
+        {"movables[0].mass", [](auto& c) { c.movables[0].mass = -0.24; }},
+        {"movables[0].mass", [](auto& c) { c.movables[0].mass = infinity; }},
+        {"arena.size", [](auto& c) { c.arena.size[1] = nan; }},
         {"team.robots", [](auto& c) { c.team.robots = 0; }},
         {"team.robots", [](auto& c) { c.team.robots = 1000000000; }},
-        {"emitter.strength", [](auto& c) { std::swap(c.emitter.strength[0], c.emitter.strength[1]); }},
+        {"emitters[0].strength", [](auto& c) { std::swap(c.emitters[0].strength[0], c.emitters[0].strength[1]); }},
         {"sensors.infrared_curve[3]", [](auto& c) { c.sensors.infrared_curve[3][0] = 0.001; }},
         {"sensors.infrared_curve[0][1]", [](auto& c) { c.sensors.infrared_curve[0][1] = 0; }},
         {"robot.centre_of_mass", [](auto& c) { c.robot.centre_of_mass = 0.06; }},
@@ -114,16 +109,16 @@ TEST_CASE("bad values are named") {
         {"robot.caster_clearance: expected at most a tenth of robot.caster_offset (0.003 m)",
          [](auto& c) { c.robot.caster_clearance = 0.0031; }},
         {"robot.radius: expected at most half of arena.size", [](auto& c) { c.robot.radius = 0.6, c.team.robots = 1; }},
-        {"box.size: expected a box that fits into the arena", [](auto& c) { c.box.size[0] = 1.2; }},
-        {"box.size: expected a box that fits into the arena",
-         [](auto& c) { c.box.size[0] = c.box.size[1] = 0.9, c.box.pose[2] = 0.78; }},
+        {"movables[0].pose: expected it inside the arena", [](auto& c) { c.movables[0].size[0] = 1.2; }},
+        {"movables[0].pose: expected it inside the arena",
+         [](auto& c) { c.movables[0].size[0] = c.movables[0].size[1] = 0.9, c.movables[0].pose[2] = 0.78; }},
         {"episode.control_period", [](auto& c) { c.episode.control_period = 0.075; }},  // 1.5 time steps
         {"episode.horizon", [](auto& c) { c.episode.horizon = 180.05; }},
         {"episode.horizon",
          [](auto& c) {
              c.episode = {1e5, 0.0005}, c.physics.time_step = 0.0005;
          }},
-        {"box.pose", [](auto& c) { c.box.pose[1] = 0.45; }},
+        {"movables[0].pose", [](auto& c) { c.movables[0].pose[1] = 0.45; }},
         {"team.start_poses", [](auto& c) { c.team.start_poses = nullptr; }},
         {"struct_size", [](auto& c) { c.struct_size -= 8; }},
     };
@@ -141,7 +136,7 @@ TEST_CASE("robots must stand free, jitter included, and all who do not are named
     const std::string errors = errors_of(fixture.config);
     CHECK(names(errors, "start_poses[1]: expected at least"));
     CHECK(names(errors, "start_poses[2]: expected the robot inside the arena"));
-    CHECK(names(errors, "start_poses[3]: expected the robot clear of the box"));
+    CHECK(names(errors, "start_poses[3]: expected the robot clear of movables[0]"));
     CHECK(names(errors, "start_poses[4]: expected three numbers"));
 
     Fixture jittery;
@@ -151,18 +146,18 @@ TEST_CASE("robots must stand free, jitter included, and all who do not are named
 
 TEST_CASE("a box that its friction with the floor tips is refused") {
     Fixture fixture;
-    fixture.config.physics.box_friction = 0.8;
-    double(&size)[3] = fixture.config.box.size;
+    fixture.config.movables[0].friction = 0.8;
+    double(&size)[3] = fixture.config.movables[0].size;
     size[2] = 0.18 / 0.8 - 1e-6;
     CHECK(errors_of(fixture.config) == "");
     size[2] = 0.23;
     CHECK(errors_of(fixture.config) ==
-          "box.size: expected a box that slides before it tips, at most 0.225 m high (its shorter side over "
-          "physics.box_friction), got 0.23 m");
-    fixture.config.physics.box_friction = 0;
+          "movables[0].size: expected one that slides before it tips, at most 0.225 m high (its shorter side over "
+          "movables[0].friction), got 0.23 m");
+    fixture.config.movables[0].friction = 0;
     CHECK(errors_of(fixture.config) == "");
     size[0] = size[1] = 0.01;
-    fixture.config.physics.box_friction = 0.8;
+    fixture.config.movables[0].friction = 0.8;
     CHECK(names(errors_of(fixture.config), "at most 0.0125 m high"));
 }
 
@@ -229,7 +224,7 @@ TEST_CASE("the articulated drive takes small steps and sprung bumpers") {
 TEST_CASE("the articulated robot's chassis has a mass, a centre above the floor and inertia wherever it is accepted") {
     const auto stands = [](const Fixture& fixture) {
         const Scene scene(fixture.config);
-        World world(scene, scene.start_poses);  // ODE asserts that inertia is positive
+        World world(scene, starts_of(scene));  // ODE asserts that inertia is positive
         for (int i = 0; i < 200; ++i) world.step();
         world.fold_state(0);
         return world.extremes().upright > 0.99;
@@ -282,8 +277,9 @@ TEST_CASE("of a start region only what is clear of the box counts, wherever the 
     CHECK(errors_in(-0.1, 0.1, -0.4, -0.2, 3) == "");
     // Under the box, or within a radius of it: none is.
     CHECK(errors_in(-0.1, 0.1, 0.3, 0.4, 1) ==
-          "team.start_region: expected a place for each of 1 robots, clear of the box and of each other, got 0 m^2 for "
-          "their centres: enlarge it or move it away from the box");
+          "team.start_region: expected a place for each of 1, clear of all that stands there and of each other, got 0 "
+          "m^2 "
+          "for their centres: enlarge it or move it away");
     CHECK(names(errors_in(-0.1, 0.1, 0.225, 0.25, 1), "got 0 m^2"));
     CHECK(errors_in(-0.1, 0.1, 0.2, 0.25, 1) == "");
     // One robot needs no more than a place.

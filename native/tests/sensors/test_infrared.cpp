@@ -18,15 +18,16 @@ constexpr unsigned kRandomScenes = 10000;
 
 // How far a point is from everything that a robot's rays can meet; 0 inside.
 double free_distance(const Scene& scene, const Snapshot& now, unsigned robot, double x, double y) {
-    double nearest = scene.arena.size / 2 - std::max(std::abs(x), std::abs(y));
+    double nearest = scene.arena.bounds()[1] - std::max(std::abs(x), std::abs(y));
     for (unsigned i = 0; i < now.robots.size(); ++i)
         if (i != robot)
             nearest = std::min(nearest, std::hypot(x - now.robots[i].x, y - now.robots[i].y) - scene.robot.radius);
     if (scene.sensors.infrared_target == SWE_INFRARED_TARGET_ALL) {
-        const double c = std::cos(now.box.heading), s = std::sin(now.box.heading);
-        const double bx = x - now.box.x, by = y - now.box.y;
-        nearest = std::min(nearest, std::hypot(std::max(0.0, std::abs(c * bx + s * by) - scene.box.size[0] / 2),
-                                               std::max(0.0, std::abs(c * by - s * bx) - scene.box.size[1] / 2)));
+        const double c = std::cos(now.movables[0].heading), s = std::sin(now.movables[0].heading);
+        const double bx = x - now.movables[0].x, by = y - now.movables[0].y;
+        nearest = std::min(nearest,
+                           std::hypot(std::max(0.0, std::abs(c * bx + s * by) - scene.movables[0].config.size[0] / 2),
+                                      std::max(0.0, std::abs(c * by - s * bx) - scene.movables[0].config.size[1] / 2)));
     }
     return std::max(0.0, nearest);
 }
@@ -44,14 +45,14 @@ double march(const Scene& scene, const Snapshot& now, unsigned robot, double x, 
 
 Snapshot random_snapshot(const Scene& scene, unsigned number) {
     Snapshot now;
-    const double room = scene.arena.size / 2 - scene.robot.radius;
+    const double room = scene.arena.bounds()[1] - scene.robot.radius;
     for (unsigned i = 0; i < scene.robots; ++i) {
         const auto w = draw({99, 0, number, 0}, Purpose::start, i, 0);
         // Crowded into a corner region, so that rays meet something.
         now.robots.push_back({room - 0.3 * uniform(w[0]), room - 0.3 * uniform(w[1]), kPi * symmetric(w[2])});
     }
     const auto w = draw({98, 0, number, 0}, Purpose::start, 0, 0);
-    now.box = {0.15 + 0.1 * symmetric(w[0]), 0.2 + 0.1 * symmetric(w[1]), kPi * symmetric(w[2])};
+    now.movables.push_back({0.15 + 0.1 * symmetric(w[0]), 0.2 + 0.1 * symmetric(w[1]), kPi * symmetric(w[2])});
     return now;
 }
 
@@ -92,17 +93,17 @@ TEST_CASE("rays from odd places: in a corner, inside the box, on top of another 
     Fixture fixture;
     fixture.config.sensors.infrared_target = SWE_INFRARED_TARGET_ALL;
     const Scene scene = fixture.scene();
-    const double room = scene.arena.size / 2 - scene.robot.radius;
+    const double room = scene.arena.bounds()[1] - scene.robot.radius;
     // Touching two walls, heading along one: ps2 looks straight right.
-    const Snapshot corner{{{room, -room, 0}}, {0, 0.345, 0}, {}};
+    const Snapshot corner{{{room, -room, 0}}, {{0, 0.345, 0}}, {}};
     CHECK(infrared_distance(scene, corner, 0, 2) == doctest::Approx(0).scale(1).epsilon(1e-12));
     CHECK(std::isinf(infrared_distance(scene, corner, 0, 5)));  // ps5 looks left, into the open
 
-    const Snapshot inside{{{0.01, 0.345, 0}}, {0, 0.345, 0}, {}};  // its centre in the box: physics never lets it
+    const Snapshot inside{{{0.01, 0.345, 0}}, {{0, 0.345, 0}}, {}};  // its centre in the box: physics never lets it
     for (unsigned sensor = 0; sensor < scene.sensors.infrared_count; ++sensor)
         CHECK(infrared_distance(scene, inside, 0, sensor) == 0);
 
-    const Snapshot stacked{{{0, 0, 0}, {0.01, 0, 1}}, {0, 0.345, 0}, {}};
+    const Snapshot stacked{{{0, 0, 0}, {0.01, 0, 1}}, {{0, 0.345, 0}}, {}};
     for (const unsigned sensor : {0u, 1u, 6u, 7u}) CHECK(infrared_distance(scene, stacked, 0, sensor) == 0);
     CHECK(std::isinf(infrared_distance(scene, stacked, 0, 3)));  // looks back, from outside the other
 }
@@ -123,7 +124,7 @@ TEST_CASE("infrared noise has the config's spread, 5 % far and 0.5 % at contact,
     const auto spread_at = [&](double gap) {
         const Snapshot now{
             {{0.465 - gap, 0, -90 * kRadiansPerDegree + kPi}, {0, 0, 0}, {0, .1, 0}, {0, .2, 0}, {0, -.2, 0}},
-            {0, 0.345, 0},
+            {{0, 0.345, 0}},
             {}};
         double readings[8], sum = 0, squares = 0;
         const double exact = infrared_response(scene.sensors, gap);

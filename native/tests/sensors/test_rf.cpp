@@ -33,7 +33,7 @@ TEST_CASE("RF agrees with its definition") {
         const double expected = r <= 0.3 ? std::clamp(std::pow(r, -2), 1.0, 50.0) : 1;
         heard += expected > 1;
         REQUIRE(strength(scene, robot) == doctest::Approx(expected).epsilon(1e-12));
-        REQUIRE(in_emitter_range(scene, robot) == (r <= 0.3));
+        REQUIRE(in_emitter_range(scene, {{robot}, {}, {}}, 0) == (r <= 0.3));
     }
     CHECK(heard > kRandomScenes / 10);
 }
@@ -48,8 +48,8 @@ TEST_CASE("RF strength is 1 / r^2 within its limits, and silent beyond its range
     CHECK(strength_at(0.2) == doctest::Approx(1 / (0.04 + dz * dz)));
     CHECK(strength_at(0) == 50);
     CHECK(strength_at(0.31) == 1);
-    fixture.config.emitter.reach = SWE_REACH_ARENA;
+    fixture.config.emitters[0].reach = SWE_REACH_ARENA;
     CHECK(strength_at(0.5) == doctest::Approx(1 / (0.25 + dz * dz)));
-    CHECK(in_emitter_range(fixture.scene(), {0, 0.05, 0}));
-    CHECK_FALSE(in_emitter_range(fixture.scene(), {0, 0.04, 0}));
+    CHECK(in_emitter_range(fixture.scene(), {{{0, 0.05, 0}}, {}, {}}, 0));
+    CHECK_FALSE(in_emitter_range(fixture.scene(), {{{0, 0.04, 0}}, {}, {}}, 0));
 }

@@ -15,7 +15,7 @@ namespace {
 constexpr EpisodeKey kKey = {1, 0, 0, 0};
 
 std::vector<double> observe(const Scene& scene) {
-    const Snapshot now{{{0.45, 0.2, 0.5}}, {0.35, 0.3, 0.2}, {}};
+    const Snapshot now{{{0.45, 0.2, 0.5}}, {{0.35, 0.3, 0.2}}, {}};
     std::vector<double> observation(scene.suite.size());
     scene.suite.sense({scene, now, kKey, 0, 0}, observation.data());
     return observation;

@@ -24,7 +24,8 @@ struct NearestPoint {
 };
 
 NearestPoint nearest_on_outline(const Scene& scene, const Pose& robot, const Pose& box) {
-    const double width = scene.box.size[0], depth = scene.box.size[1], around = 2 * (width + depth);
+    const double width = scene.movables[0].config.size[0], depth = scene.movables[0].config.size[1],
+                 around = 2 * (width + depth);
     double x = 0, y = 0;
     const auto distance_at = [&](double along) {
         along = std::fmod(along + around, around);
@@ -52,8 +53,9 @@ NearestPoint nearest_on_outline(const Scene& scene, const Pose& robot, const Pos
 
 // How one touch sensor answers to a robot at the box's south face with a heading and a gap.
 double touch(const Scene& scene, unsigned sensor, double heading, double gap, double force = 0) {
-    const double y = scene.box.pose[1] - scene.box.size[1] / 2 - scene.robot.radius - gap;
-    const Snapshot now{{{0, y, heading}}, {scene.box.pose[0], scene.box.pose[1], 0}, {force}};
+    const double y = scene.movables[0].config.pose[1] - scene.movables[0].config.size[1] / 2 - scene.robot.radius - gap;
+    const Snapshot now{
+        {{0, y, heading}}, {{scene.movables[0].config.pose[0], scene.movables[0].config.pose[1], 0}}, {force}};
     double readings[4];
     sense_touch({scene, now, kKey, 0, 0}, readings);
     return readings[sensor];
@@ -82,7 +84,7 @@ TEST_CASE("touch sensors agree with the nearest of many points on the box") {
         const NearestPoint nearest = nearest_on_outline(scene, robot, box);
         const double expected = nearest.gap <= range ? 1 - std::max(0.0, nearest.gap) / range : 0;
         double readings[4];
-        sense_touch({scene, {{robot}, box, {}}, kKey, 0, 0}, readings);
+        sense_touch({scene, {{robot}, {box}, {}}, kKey, 0, 0}, readings);
         for (unsigned sensor = 0; sensor < 4; ++sensor) {
             const double centre = scene.sensors.touch_yaw_deg[sensor] * kRadiansPerDegree;
             const double off = std::abs(std::remainder(nearest.bearing - centre, 2 * kPi));
@@ -98,7 +100,7 @@ TEST_CASE("touch sensors of a robot whose centre is inside the box answer or do 
     const Fixture fixture;
     const Scene scene = fixture.scene();
     double readings[4];
-    const Snapshot inside{{{0.01, 0.345, 0}}, {0, 0.345, 0}, {}};  // physics never lets it
+    const Snapshot inside{{{0.01, 0.345, 0}}, {{0, 0.345, 0}}, {}};  // physics never lets it
     sense_touch({scene, inside, kKey, 0, 0}, readings);
     for (const double reading : readings) CHECK((reading == 0 || reading == 1));
 }

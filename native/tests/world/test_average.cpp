@@ -14,13 +14,13 @@ TEST_CASE("a sliding box stops after v^2 / (2 mu g), at every time step") {
         for (const double speed : {0.1, 0.5, 1.5}) {
             Fixture fixture({-0.4, -0.4, 0});
             fixture.without_noise().box_at(0, 0, 0.7).config.physics.time_step = time_step;
-            fixture.config.box.velocity[0] = 0.6 * speed;
-            fixture.config.box.velocity[1] = 0.8 * speed;
+            fixture.config.movables[0].velocity[0] = 0.6 * speed;
+            fixture.config.movables[0].velocity[1] = 0.8 * speed;
             const Scene scene = fixture.scene();
-            World world(scene, scene.start_poses);
+            World world(scene, starts_of(scene));
             run(world, 1, time_step);
-            const double way = speed * speed / (2 * scene.physics.box_friction * scene.physics.gravity);
-            const Pose box = world.box_pose();
+            const double way = speed * speed / (2 * scene.movables[0].config.friction * scene.physics.gravity);
+            const Pose box = world.movable_pose(0);
             CHECK(std::hypot(box.x, box.y) == doctest::Approx(way).epsilon(0.01));
             CHECK(std::atan2(box.y, box.x) == doctest::Approx(std::atan2(0.8, 0.6)).epsilon(1e-3));
             CHECK(box.heading == doctest::Approx(0.7).epsilon(1e-3));
@@ -32,7 +32,7 @@ TEST_CASE("a robot that starts lags behind its wheels by v^2 / (2 mu g), at ever
         Fixture fixture({-0.3, -0.2, 0});
         fixture.without_noise().config.physics.time_step = time_step;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         world.set_rim_speeds(0, 0.12, 0.12);
         run(world, 2, time_step);
         const double lag = 0.12 * 0.12 / (2 * scene.physics.wheel_friction * scene.physics.gravity);
@@ -51,10 +51,10 @@ TEST_CASE("a robot that runs into a wall between two steps stops where the wall 
                 fixture.without_noise().config.physics.time_step = time_step;
                 fixture.config.robot.bumper = bumper;
                 const Scene scene = fixture.scene();
-                World world(scene, scene.start_poses);
+                World world(scene, starts_of(scene));
                 world.set_rim_speeds(0, 0.12, 0.12);
                 run(world, 2, time_step);
-                const double wall = scene.arena.size / 2 - scene.robot.radius, x = world.robot_pose(0).x;
+                const double wall = scene.arena.bounds()[1] - scene.robot.radius, x = world.robot_pose(0).x;
                 if (bumper == SWE_BUMPER_SPRUNG)
                     CHECK(std::abs(x - wall - traction_limit(scene) / scene.robot.bumper_stiffness) <
                           0.02 * scene.robot.bumper_travel);
@@ -137,11 +137,11 @@ TEST_CASE("a robot that runs into a wall is a mass on a damped spring, whenever 
             CAPTURE(time_step);
             CAPTURE(phase);
             const double way = 0.0064 + v * time_step * phase / 10;
-            const double wall = scene.arena.size / 2 - scene.robot.radius;
+            const double wall = scene.arena.bounds()[1] - scene.robot.radius;
             Fixture fixture({wall - way, 0, 0});
             fixture.without_noise().config.physics.time_step = time_step;
             const Scene timed = fixture.scene();
-            World world(timed, timed.start_poses);
+            World world(timed, starts_of(timed));
             world.set_rim_speeds(0, v, v);
             const double lag = v / (2 * pull / m);  // until wheels have sped it up
             double largest = 0;

@@ -34,7 +34,7 @@ struct Crowd {
     AverageVelocity average{true};
     Sides sides{scene, average};
     std::vector<std::unique_ptr<Drive>> drives;
-    Box box{scene, world.id()};
+    Movable box{scene, scene.movables[0], world.id(), starts_of(scene).movables[0]};
     const double step;
 
     Crowd(std::uint32_t number, double time_step, int bumper)
@@ -49,7 +49,8 @@ struct Crowd {
             average.add_body(drives.back()->body(), {6, 100, scene.robot.radius});
         }
         move(box.body(), 0.1 * random(), 0.1 * random(), 0.5 * random());
-        average.add_body(box.body(), {6, 60, box.reach()});
+        box.set_number(kRobots);
+        average.add_body(box.body(), {6, 60, box.figure().reach});
     }
 
     // Sprung bumpers are pressed in by up to 4 mm, or stand clear; rigid ones are up to 2 mm apart.
@@ -93,9 +94,9 @@ struct Crowd {
         for (int i = 0; i < kRobots; ++i) {
             sides.add_robot_at_walls(solid(i));
             for (int j = 0; j < i; ++j) sides.add_robots(solid(i), solid(j));
-            sides.add_push(solid(i), box, kRobots);
+            sides.add_push(solid(i), box, 0);
         }
-        sides.add_box_at_walls(box, kRobots);
+        sides.add_movable_at_walls(box, 0);
     }
 
     bool by_newton() {
@@ -165,7 +166,7 @@ TEST_CASE("a step of bodies in touch comes out as ODE's solver has it") {
                 double apart = 0;
                 for (int i = 0; i <= kRobots; ++i) {
                     const BodyState a = state_of(here.bodies()[i]), b = state_of(there.bodies()[i]);
-                    const double lever = i < kRobots ? here.scene.robot.radius : here.box.reach();
+                    const double lever = i < kRobots ? here.scene.robot.radius : here.box.figure().reach;
                     apart = std::max({apart, std::hypot(a.velocity[0] - b.velocity[0], a.velocity[1] - b.velocity[1]),
                                       lever * std::abs(a.spin[2] - b.spin[2])});
                 }

@@ -16,7 +16,7 @@ Pose arc(int drive, double time_step, double left_speed, double right_speed) {
     fixture.without_noise().config.physics.time_step = time_step;
     fixture.config.physics.drive = drive;
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     world.set_rim_speeds(0, left_speed, right_speed);
     for (long i = 0; i < std::lround(5 / time_step); ++i) world.step();
     return world.robot_pose(0);
@@ -47,12 +47,12 @@ TEST_CASE("the articulated robot has the same weight and traction: two do not mo
         fixture.without_noise().box_at(0, 0.2).config.physics.time_step = 0.004;
         fixture.config.physics.drive = SWE_DRIVE_ARTICULATED;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         for (int i = 0; i < n; ++i) world.set_rim_speeds(static_cast<unsigned>(i), 0.12, 0.12);
         for (int i = 0; i < 5000; ++i) world.step();
         if (n == 2)
-            CHECK(world.box_pose().y < 0.205);
+            CHECK(world.movable_pose(0).y < 0.205);
         else
-            CHECK(world.box_pose().y == doctest::Approx(0.41).epsilon(0.001));
+            CHECK(world.movable_pose(0).y == doctest::Approx(0.41).epsilon(0.001));
     }
 }

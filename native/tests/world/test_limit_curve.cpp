@@ -130,7 +130,7 @@ TEST_CASE("feet that carry nothing hold nothing, and what is not loaded is held"
 
 TEST_CASE("two robots at an end of the long face need a friction of 0.586 to be held") {
     const Scene scene = Fixture().scene();
-    const double weight = scene.box.mass * scene.physics.gravity, force = traction_limit(scene);
+    const double weight = scene.movables[0].config.mass * scene.physics.gravity, force = traction_limit(scene);
     CHECK(force == doctest::Approx(0.5232));
     const Load load = pressed(2, force, kHalfX);
     // Limits grow with friction, so it is the inverse of what a friction of 1 would hold.

@@ -60,7 +60,7 @@ template <typename Either>
 std::vector<Pose> poses(const Either& world, const Meeting& meeting) {
     std::vector<Pose> all;
     for (unsigned i = 0; i < meeting.robots.size(); ++i) all.push_back(world.robot_pose(i));
-    all.push_back(world.box_pose());
+    all.push_back(world.movable_pose(0));
     return all;
 }
 
@@ -78,11 +78,12 @@ void check(const Meeting& meeting, std::initializer_list<double> time_steps, con
     Fixture fixture(starts);
     fixture.without_noise();
     if (meeting.has_box) {
-        fixture.box_at(0, 0).config.arena.size = 3;
+        fixture.box_at(0, 0).arena_of(3);
     } else {
         fixture.box_at(0.35, 0.38);
     }
-    const Pose box = {fixture.config.box.pose[0], fixture.config.box.pose[1], fixture.config.box.pose[2]};
+    const Pose box = {fixture.config.movables[0].pose[0], fixture.config.movables[0].pose[1],
+                      fixture.config.movables[0].pose[2]};
     const Scene described = fixture.scene();
     PlanarTwin twin(described);
     drive(twin, meeting);
@@ -98,7 +99,7 @@ void check(const Meeting& meeting, std::initializer_list<double> time_steps, con
         INFO(meeting.name, ", step ", time_step, " s");
         fixture.config.physics.time_step = time_step;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         drive(world, meeting);
         run(world, meeting.seconds, time_step);
         const std::vector<Pose> here = poses(world, meeting);

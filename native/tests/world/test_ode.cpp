@@ -154,10 +154,10 @@ TEST_CASE("robots, box and contacts of a world that was broken go without harm")
         const char* reason = drive == SWE_DRIVE_ARTICULATED ? "ODE failed" : "a force is not finite";
         fixture.config.physics.drive = drive;
         const Scene scene = fixture.scene();
-        World other(scene, scene.start_poses);
+        World other(scene, starts_of(scene));
         {
             const LeaksOnPurpose leaks;
-            World broken(scene, scene.start_poses);
+            World broken(scene, starts_of(scene));
             for (unsigned robot = 0; robot < 3; ++robot) broken.set_rim_speeds(robot, 0.1, 0.1);
             for (int i = 0; i < 250; ++i) broken.step();  // until they push
             broken.set_rim_speeds(1, nan, nan);

@@ -54,10 +54,10 @@ double pushed(const Face& face, const std::vector<double>& at, double box_fricti
             poses.insert(poses.end(), {before, along, 0});
     }
     Fixture fixture(poses);
-    fixture.without_noise().box_at(0, 0).config.arena.size = 3;
-    fixture.config.physics.box_friction = box_friction;
+    fixture.without_noise().box_at(0, 0).arena_of(3);
+    fixture.config.movables[0].friction = box_friction;
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     // Slowly until they press as hard as they can: a blow, and be it of bumpers, would add to what they push with.
     for (const auto& [share, seconds] : {std::pair{slow, 4.0}, std::pair{1.0, 16.0}}) {
         for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, share * kTopSpeed, share * kTopSpeed);
@@ -67,7 +67,7 @@ double pushed(const Face& face, const std::vector<double>& at, double box_fricti
         const Pose robot = world.robot_pose(i);
         CHECK((face.is_long ? robot.y : robot.x) > -face.half_depth - scene.robot.radius);  // it does lean on it
     }
-    const Pose box = world.box_pose();
+    const Pose box = world.movable_pose(0);
     return std::hypot(box.x, box.y) + std::abs(box.heading) * std::hypot(face.half_length, face.half_depth);
 }
 
@@ -80,15 +80,16 @@ bool holds(const Face& face, const std::vector<double>& at, double box_friction)
         (face.is_long ? load.y : load.x) += force;
         load.torque += (face.is_long ? 1 : -1) * along * force;
     }
-    const double x = scene.box.size[0] / 2, y = scene.box.size[1] / 2;
+    const double x = scene.movables[0].config.size[0] / 2, y = scene.movables[0].config.size[1] / 2;
     const Feet feet = {Vector{-x, -y, 0}, Vector{x, -y, 0}, Vector{-x, y, 0}, Vector{x, y, 0}};
-    return hold_of(feet, box_friction * scene.box.mass * scene.physics.gravity / 4, load, 1e-4).factor >= 1;
+    return hold_of(feet, box_friction * scene.movables[0].config.mass * scene.physics.gravity / 4, load, 1e-4).factor >=
+           1;
 }
 
 }  // namespace
 
 TEST_CASE("by pushing, one and two robots never move the box wherever they stand") {
-    const double friction = Fixture().config.physics.box_friction;
+    const double friction = Fixture().config.movables[0].friction;
     CHECK(friction == 0.62);
     for (const bool is_long : {true, false})
         for (const int robots : {1, 2})

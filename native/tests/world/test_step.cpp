@@ -32,7 +32,7 @@ struct Scripted : Assumption {
 // One robot that drives, with two scripted assumptions and no other.
 struct Driven {
     const Scene scene = Fixture({0, 0, 0}).without_noise().scene();
-    State state{scene, {{0, 0, 0}}};
+    State state{scene, starts_of(scene, {{0, 0, 0}})};
     Scripted *first = new Scripted, *second = new Scripted;
     Stepper stepper{state, list()};
     const double whole = scene.physics.time_step;

@@ -57,18 +57,18 @@ double beyond(const Scene& scene, const Pose& pose, double half_x, double half_y
     const double cosine = std::abs(std::cos(pose.heading)), sine = std::abs(std::sin(pose.heading));
     return std::max(std::abs(pose.x) + half_x * cosine + half_y * sine,
                     std::abs(pose.y) + half_x * sine + half_y * cosine) -
-           scene.arena.size / 2;
+           scene.arena.bounds()[1];
 }
 
 std::vector<Pose> poses(const World& world, const Scene& scene) {
-    std::vector<Pose> all = {world.box_pose()};
+    std::vector<Pose> all = {world.movable_pose(0)};
     for (unsigned robot = 0; robot < scene.robots; ++robot) all.push_back(world.robot_pose(robot));
     return all;
 }
 
 double beyond(const World& world, const Scene& scene) {
-    const Pose box = world.box_pose();
-    double most = beyond(scene, box, scene.box.size[0] / 2, scene.box.size[1] / 2);
+    const Pose box = world.movable_pose(0);
+    double most = beyond(scene, box, scene.movables[0].config.size[0] / 2, scene.movables[0].config.size[1] / 2);
     const double rigid = scene.robot.radius - (scene.robot.bumper == SWE_BUMPER_SPRUNG ? scene.robot.bumper_travel : 0);
     for (unsigned robot = 0; robot < scene.robots; ++robot) {
         const Pose pose = world.robot_pose(robot);
@@ -84,9 +84,9 @@ void check_throw(const Throw& thrown, double spin, double time_step) {
     fixture.config.physics.time_step = time_step;
     const double velocity[] = {thrown.speed * std::cos(thrown.direction), thrown.speed * std::sin(thrown.direction),
                                spin};
-    std::copy_n(velocity, 3, fixture.config.box.velocity);
+    std::copy_n(velocity, 3, fixture.config.movables[0].velocity);
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
 
     double energy = world.energy(), gain = 0, farthest = -1;
     const auto run = [&](double seconds) {

@@ -31,12 +31,12 @@ double push(int n, double time_step) {
     Fixture fixture(Fixture::aligned(n));
     fixture.box_at(0, 0.2).without_noise().config.physics.time_step = time_step;
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     for (int i = 0; i < n; ++i) world.set_rim_speeds(static_cast<unsigned>(i), kTopSpeed, kTopSpeed);
     run(world, 60, time_step);
     CHECK(world.extremes().penetration < 0.001);
     CHECK(world.unsolved_steps() == 0);
-    return world.box_pose().y;
+    return world.movable_pose(0).y;
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ TEST_CASE("a robot drives straight at its wheels' rim speed and turns at their d
         Fixture fixture({0, -0.3, kPi / 2, 0.3, -0.3, 0});
         fixture.without_noise().config.physics.time_step = time_step;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         world.set_rim_speeds(0, 0.1, 0.1);
         world.set_rim_speeds(1, -0.02, 0.02);
         run(world, 2, time_step);
@@ -77,16 +77,16 @@ TEST_CASE("a blow moves the box as far as its momentum goes, whenever in a step 
         fixture.without_noise().box_at(0, 0).config.physics.time_step = time_step;
         fixture.config.robot.bumper = bumper;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         world.set_rim_speeds(0, speed, speed);
         run(world, 2, time_step);
         CHECK(world.robot_pose(0).y > -0.09 - scene.robot.radius - 1e-4);  // it did come
-        CHECK(std::abs(world.box_pose().heading) < 1e-6);
-        return world.box_pose().y;
+        CHECK(std::abs(world.movable_pose(0).heading) < 1e-6);
+        return world.movable_pose(0).y;
     };
     const Scene scene = Fixture().scene();
-    const double m = scene.robot.mass, both = m + scene.box.mass;
-    const double hold = scene.physics.box_friction * scene.box.mass * scene.physics.gravity;
+    const double m = scene.robot.mass, both = m + scene.movables[0].config.mass;
+    const double hold = scene.movables[0].config.friction * scene.movables[0].config.mass * scene.physics.gravity;
     const double way = std::pow(m * speed, 2) / (2 * both * (hold - traction_limit(scene)));
     for (const double time_step : {0.005, 0.02, 0.05})
         for (int phase = 0; phase < kPhases; ++phase) {
@@ -106,12 +106,12 @@ TEST_CASE("robots that press the box to the wall do not enter it") {
             Fixture fixture(poses);
             fixture.box_at(0, 0.41 - gap).without_noise().config.physics.time_step = time_step;
             const Scene scene = fixture.scene();
-            World world(scene, scene.start_poses);
+            World world(scene, starts_of(scene));
             for (unsigned i = 0; i < 5; ++i) world.set_rim_speeds(i, kTopSpeed, kTopSpeed * (1 - 0.01 * i));
             run(world, 2, time_step);
             CHECK(world.unsolved_steps() == 0);
             CHECK(world.extremes().penetration < 1e-4);
-            CHECK(world.box_pose().y == doctest::Approx(0.41).epsilon(1e-4));
+            CHECK(world.movable_pose(0).y == doctest::Approx(0.41).epsilon(1e-4));
         }
     }
 }
@@ -122,11 +122,11 @@ TEST_CASE("a box that slides and turns does so alike in the mirror") {
             Fixture fixture({-0.45, -0.45, 0});
             fixture.box_at(0, 0, side * 0.3).without_noise();
             const double velocity[] = {-side * 0.3, 0.4, side * spin};
-            std::copy_n(velocity, 3, fixture.config.box.velocity);
+            std::copy_n(velocity, 3, fixture.config.movables[0].velocity);
             const Scene scene = fixture.scene();
-            World world(scene, scene.start_poses);
+            World world(scene, starts_of(scene));
             run(world, 1, scene.physics.time_step);
-            return world.box_pose();
+            return world.movable_pose(0);
         };
         const Pose here = thrown(1), there = thrown(-1);
         CHECK(here.y > 0.01);
@@ -140,15 +140,15 @@ TEST_CASE("what is slow to start does not rest for ever") {
     // A robot pushes a box without friction: m v' = F, with the traction that statics leave.
     Fixture fixture({0, -0.126, kPi / 2});
     fixture.box_at(0, 0).without_noise();
-    fixture.config.physics.box_friction = 0;
+    fixture.config.movables[0].friction = 0;
     fixture.config.physics.time_step = 0.0005;
-    fixture.config.box.mass = 500;
+    fixture.config.movables[0].mass = 500;
     fixture.config.physics.contact_cfm = 1e-6;
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
     run(world, 4, 0.0005);
-    CHECK(world.box_pose().y == doctest::Approx(traction_limit(scene) / 500 * 16 / 2).epsilon(0.02));
+    CHECK(world.movable_pose(0).y == doctest::Approx(traction_limit(scene) / 500 * 16 / 2).epsilon(0.02));
 }
 
 TEST_CASE("walls and other robots stop a robot, as far in as its push presses bumpers") {
@@ -156,7 +156,7 @@ TEST_CASE("walls and other robots stop a robot, as far in as its push presses bu
         Fixture fixture({0.4, 0, 0, -0.2, 0, 0, -0.1, 0, kPi});
         fixture.without_noise().config.physics.time_step = time_step;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         for (unsigned i = 0; i < 3; ++i) world.set_rim_speeds(i, kTopSpeed, kTopSpeed);
         run(world, 1.5, time_step);
         const double depth = traction_limit(scene) / scene.robot.bumper_stiffness;
@@ -178,7 +178,7 @@ TEST_CASE("a robot that drives into a corner presses on both walls and stays") {
         fixture.config.physics.drive = drive;
         fixture.config.robot.bumper = bumper;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
         run(world, 3, time_step);
         // Each wall holds it by its normal force N, and the other way by up to side_friction N: all of it against what
@@ -206,13 +206,13 @@ TEST_CASE("a robot between wall and box touches both and harms neither") {
         Fixture fixture({0.35, 0.2, 0});
         fixture.box_at(0.16, 0.2).without_noise().config.physics.time_step = time_step;
         const Scene scene = fixture.scene();
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
         run(world, 2, time_step);
         world.set_rim_speeds(0, -kTopSpeed, -kTopSpeed);
         run(world, 4, time_step);
         // One robot does not move the box. Its rear is at the box's east face, the bumper pressed in.
-        CHECK(std::abs(world.box_pose().x - 0.16) < 1e-4);
+        CHECK(std::abs(world.movable_pose(0).x - 0.16) < 1e-4);
         const double depth = traction_limit(scene) / scene.robot.bumper_stiffness;
         CHECK(std::abs(world.robot_pose(0).x - (0.16 + 0.1375 + 0.035 - depth)) <
               kPressError * scene.robot.bumper_travel);
@@ -226,7 +226,7 @@ TEST_CASE("with wheels still, energy never grows and everything stays where it i
         swe_scene_config config = fixture.config;
         config.physics.time_step = time_step;
         const Scene scene(config);
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         const double energy = world.energy();
         for (int i = 0; i < 500; ++i) {
             world.step();
@@ -235,7 +235,7 @@ TEST_CASE("with wheels still, energy never grows and everything stays where it i
         for (unsigned i = 0; i < scene.robots; ++i)
             CHECK(std::hypot(world.robot_pose(i).x - scene.start_poses[i].x,
                              world.robot_pose(i).y - scene.start_poses[i].y) < 1e-4);
-        CHECK(world.box_pose().y == doctest::Approx(0.345).epsilon(1e-6));
+        CHECK(world.movable_pose(0).y == doctest::Approx(0.345).epsilon(1e-6));
     }
 }
 
@@ -243,7 +243,7 @@ TEST_CASE("robots brake to a halt and their energy never grows on the way") {
     Fixture fixture;
     fixture.config.physics.time_step = 0.02;
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, -kTopSpeed, -kTopSpeed);
     run(world, 3, 0.02);
     for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, 0, 0);
@@ -264,7 +264,7 @@ TEST_CASE("energy never grows once the wheels stand still, after 1,000 random dr
     const auto random_speed = [](std::uint32_t word) { return kTopSpeed * symmetric(word); };
     double largest_growth = 0;
     for (std::uint32_t drive = 0; drive < 1000; ++drive) {
-        World world(scene, scene.start_poses);
+        World world(scene, starts_of(scene));
         for (std::uint32_t turn = 0; turn < 6; ++turn) {
             for (unsigned robot = 0; robot < scene.robots; ++robot) {
                 const auto words = draw({7, 0, drive, 0}, Purpose::wheels, robot, turn);
@@ -291,7 +291,7 @@ TEST_CASE("the same world gives the same bits, another start other bits") {
     const auto hash_of_run = [&](double nudge) {
         std::vector<Pose> starts = scene.start_poses;
         starts[0].x += nudge;
-        World world(scene, starts);
+        World world(scene, starts_of(scene, starts));
         for (unsigned i = 0; i < scene.robots; ++i) world.set_rim_speeds(i, 0.1, -0.05);
         run(world, 5, 0.02);
         return world.fold_state(1);
@@ -304,14 +304,14 @@ TEST_CASE("the force on the box is that of the wheels") {
     Fixture fixture(Fixture::aligned(1));
     fixture.box_at(0, 0.2).without_noise().config.sensors.touch_mode = SWE_TOUCH_MODE_FORCE;
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
-    CHECK(world.push_force(0) == 0);
+    World world(scene, starts_of(scene));
+    CHECK(world.push_force(0, 0) == 0);
     world.set_rim_speeds(0, kTopSpeed, kTopSpeed);
     run(world, 5, 0.02);
-    CHECK(world.push_force(0) == doctest::Approx(traction_limit(scene)).scale(0).epsilon(0.01));
+    CHECK(world.push_force(0, 0) == doctest::Approx(traction_limit(scene)).scale(0).epsilon(0.01));
     world.set_rim_speeds(0, -kTopSpeed, -kTopSpeed);
     run(world, 1, 0.02);
-    CHECK(world.push_force(0) == 0);
+    CHECK(world.push_force(0, 0) == 0);
 }
 
 TEST_CASE("an assertion of ODE becomes an error") {
@@ -319,6 +319,6 @@ TEST_CASE("an assertion of ODE becomes an error") {
     CHECK_THROWS_WITH(provoke_ode_assertion(), doctest::Contains("bad world argument"));
     const Fixture fixture;  // and others go on
     const Scene scene = fixture.scene();
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     run(world, 1, 0.02);
 }

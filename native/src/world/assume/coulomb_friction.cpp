@@ -16,7 +16,8 @@ class CoulombFriction : public Assumption {
         bool all = state_.sides.fits();
         for (Robot& robot : state_.robots)
             if (robot.role == Role::solved) all &= robot.drive->fits();
-        if (!state_.box.stands()) all &= state_.box.fits();
+        for (Movable& movable : state_.movables)
+            if (!movable.stands()) all &= movable.fits();
         return {all};
     }
 

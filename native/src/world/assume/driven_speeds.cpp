@@ -17,6 +17,11 @@ double speed_of(dBodyID body) {
     return norm(v[0], v[1]);
 }
 
+// NaN is larger than any number.
+double larger(double a, double b) {
+    return std::isnan(a) || a >= b ? a : b;
+}
+
 class DrivenSpeeds : public Assumption {
   public:
     explicit DrivenSpeeds(State& state)
@@ -30,9 +35,12 @@ class DrivenSpeeds : public Assumption {
   private:
     // Of any body's points [m/s].
     double fastest_motion() const {
-        const dBodyID box = state_.box.body();
-        double fastest = speed_of(box) + std::abs(dBodyGetAngularVel(box)[2]) * state_.box.reach();
-        for (const Robot& robot : state_.robots) fastest = std::max(fastest, speed_of(robot.drive->body()));
+        double fastest = 0;
+        for (const Movable& movable : state_.movables) {
+            const double rim = std::abs(dBodyGetAngularVel(movable.body())[2]) * movable.figure().reach;
+            fastest = larger(fastest, speed_of(movable.body()) + rim);
+        }
+        for (const Robot& robot : state_.robots) fastest = larger(fastest, speed_of(robot.drive->body()));
         if (!std::isfinite(fastest)) throw Error(SWE_PHYSICS_ERROR, "a body's speed is no longer finite");
         return fastest;
     }

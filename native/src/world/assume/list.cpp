@@ -12,7 +12,7 @@ Assumptions all_assumptions(State& state) {
         all.push_back(assume_clearance(state));
         all.push_back(assume_coasting(state));
         all.push_back(assume_resting(state));
-        all.push_back(assume_standing_box(state));
+        all.push_back(assume_standing_movables(state));
         all.push_back(assume_smooth_motion(state));
         all.push_back(assume_no_impacts(state));  // behind what learns from its check: it may end the checks
     }

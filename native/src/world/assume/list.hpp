@@ -17,7 +17,7 @@ std::unique_ptr<Assumption> assume_clearance(State& state);
 std::unique_ptr<Assumption> assume_coasting(State& state);
 std::unique_ptr<Assumption> assume_resting(State& state);
 std::unique_ptr<Assumption> assume_smooth_motion(State& state);
-std::unique_ptr<Assumption> assume_standing_box(State& state);
+std::unique_ptr<Assumption> assume_standing_movables(State& state);
 
 // What makes it true: without one of these it is cheaper, and may be wrong.
 std::unique_ptr<Assumption> assume_coulomb_friction(State& state);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Robots at rest after the last step, whose wheels turn as they did, stay at rest, if all that touch them do; a box
-// that stands is like a wall. Among them are robots that push in vain. The same forces give the same rest: there is
-// nothing to check afterwards.
+// Robots at rest after the last step, whose wheels turn as they did, stay at rest, if all that touch them do; a
+// movable that stands is like a wall. Among them are robots that push in vain. The same forces give the same rest:
+// there is nothing to check afterwards.
 //
 // Not where sensors feel forces, which settle a little later than motions.
 #include <algorithm>
@@ -17,7 +17,7 @@ class Resting : public Assumption {
     explicit Resting(State& state)
         : state_(state),
           feels_forces_(state.scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE),
-          rests_(state.robots.size() + 1) {}
+          rests_(state.scene.robots + state.scene.movables.size()) {}
 
     void before_solving(Attempt&) override {
         if (feels_forces_ || !find_resting_robots()) return;
@@ -46,8 +46,9 @@ class Resting : public Assumption {
 
     // Does one of two that touch not rest? Then neither does the other.
     bool wakes_up(const AverageVelocity::Touch& touch) {
+        const int movable = touch.second - static_cast<int>(state_.robots.size());
         const bool is_fixed =
-            touch.second == AverageVelocity::kWall || (touch.second == state_.box_number && state_.box.stands());
+            touch.second == AverageVelocity::kWall || (movable >= 0 && state_.movables[movable].stands());
         if (is_fixed || rests_[touch.first] == rests_[touch.second]) return false;
         rests_[touch.first] = rests_[touch.second] = false;
         return true;
@@ -55,7 +56,7 @@ class Resting : public Assumption {
 
     State& state_;
     const bool feels_forces_;
-    std::vector<char> rests_;  // by the body's number; never the box, which moves if it does not stand
+    std::vector<char> rests_;  // by the body's number; never a movable, which moves if it does not stand
 };
 
 }  // namespace

@@ -23,14 +23,14 @@ std::vector<Pose> ends(std::vector<double> starts, bool box_at_wall, std::size_t
     Fixture fixture(std::move(starts));
     fixture.without_noise().box_at(0, box_at_wall ? 0.41 : 0.2);
     const Scene scene = fixture.scene();
-    State state(scene, scene.start_poses);
+    State state(scene, starts_of(scene));
     Assumptions all = all_assumptions(state);
     REQUIRE(all.size() == kAssumptions);
     if (without < kAssumptions) all.erase(all.begin() + static_cast<std::ptrdiff_t>(without));
     Stepper stepper(state, std::move(all));
     for (unsigned robot = 0; robot < scene.robots; ++robot) state.set_rim_speeds(robot, 0.06, 0.06);
     for (long i = 0; i < std::lround(kSeconds / scene.physics.time_step); ++i) stepper.advance();
-    std::vector<Pose> poses = {pose_of(state.box.body())};
+    std::vector<Pose> poses = {pose_of(state.movables[0].body())};
     for (const Robot& robot : state.robots) poses.push_back(pose_of(robot.drive->body()));
     return poses;
 }

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The box and its friction with the floor: Coulomb's circle under each of its four feet, which are its corners.
+// What robots push, a box or a cylinder, and its friction with the floor: Coulomb's circle under each of its four feet,
+// which are as a rule a box's corners, and lie on a cylinder's rim.
 //
-// A box that stands is a wall to all that touch it, as long as floor and walls can hold it against them: exactly as
+// One that stands is a wall to all that touch it, as long as floor and walls can hold it against them: exactly as
 // long as the limit curve of its feet says so (limit_curve.hpp). That is assumed, and checked after the step; it
-// saves the rows of the box, and joins no two robots into one contact problem. Else each foot rubs (rub.hpp).
+// saves its rows, and joins no two robots into one contact problem. Else each foot rubs (rub.hpp).
 //
 // Simplification where bodies stay level: each foot carries a quarter of the weight. A push above the floor shifts
-// about a tenth of that forward; the articulated drive, whose box is free in three dimensions, does so.
+// about a tenth of that forward; the articulated drive, with which it is free in three dimensions, does so.
 #pragma once
 
 #include <array>
 
+#include "world/average.hpp"
 #include "world/contacts.hpp"
 #include "world/limit_curve.hpp"
 #include "world/rub.hpp"
@@ -19,20 +21,22 @@ namespace swarmevo {
 
 class CompliantStep;
 
-class Box {
+class Movable {
   public:
-    // At its pose and speed of the scene's beginning.
-    Box(const Scene& scene, dWorldID world);
+    // At the speed of the scene's beginning.
+    Movable(const Scene& scene, const MovableKind& kind, dWorldID world, const Pose& start);
 
     dBodyID body() const { return body_; }
-    double reach() const { return reach_; }         // from its middle to its corners [m]
+    const Figure& figure() const { return kind_.figure; }
     double height() const { return half_height_; }  // of its centre [m]
+    int number() const { return number_; }          // in `average`
+    void set_number(int number) { number_ = number; }
 
     // Before a step is laid out for the first time: feet are expected to slip as they do now.
     void expect() { expects_ = true; }
 
     // And whether it is a wall in this step: if it is still, level, and rubs at all.
-    void assume_standing(bool is_still) { stands_ = is_level_ && is_still && corner_limit_ > 0; }
+    void assume_standing(bool is_still) { stands_ = is_level_ && is_still && foot_limit_ > 0; }
     bool stands() const { return stands_; }
 
     // Where the contacts of the step that is laid out find it.
@@ -53,11 +57,16 @@ class Box {
     // After a step that holds.
     void finish(bool by_ode);
 
-    // Of a corner from the middle, in the world's directions; [0, kCorners) [m].
-    const Vector& corner(int number) const { return feet_[number]; }
+    // Of a box's corner from the middle, in the world's directions; [0, kCorners) [m].
+    const Vector& corner(int number) const { return corners_[number]; }
     static constexpr int kCorners = 4;
 
+    // Largest accelerations by its friction with the floor.
+    AverageVelocity::Limits limits() const;
+
   private:
+    static constexpr int kFeet = 4;
+
     Vector foot(int number) const;
     Vector slip(int number, const Twist& motion) const;
     Twist motion() const;
@@ -65,15 +74,18 @@ class Box {
     void take_by_walls(Load& load) const;
 
     const Scene& scene_;
+    const MovableKind& kind_;
     dBodyID body_;
-    double reach_, half_height_;
-    double corner_limit_;  // of friction at a corner [N]
+    int number_ = 0;
+    double half_height_;
+    double foot_limit_;  // of friction at a foot [N]
     bool is_level_;
     bool stands_ = false, expects_ = false;
-    std::array<Rub, kCorners> rubs_;
+    std::array<Rub, kFeet> rubs_;
     Place place_{};
-    Feet feet_{};                         // from the middle [m]
-    std::array<double, kCorners> loads_;  // on them in the last step [N]
+    Feet feet_{};  // from the middle [m]
+    std::array<Vector, kCorners> corners_{};
+    std::array<double, kFeet> loads_;  // on the feet in the last step [N]
 };
 
 }  // namespace swarmevo

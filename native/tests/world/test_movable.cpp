@@ -7,9 +7,9 @@
 #include "fixture.hpp"
 #include "planar_twin.hpp"
 #include "rng.hpp"
-#include "world/box.hpp"
 #include "world/compliant.hpp"
 #include "world/constants.hpp"
+#include "world/movable.hpp"
 
 using namespace swarmevo;
 
@@ -24,9 +24,9 @@ struct LoneBox {
     const Scene scene;
     OdeWorld world;
     Contacts contacts{world, scene.physics};
-    Box box{scene, world.id()};
+    Movable box{scene, scene.movables[0], world.id(), starts_of(scene).movables[0]};
     const double limit =  // of friction at a corner [N]
-        scene.physics.box_friction * scene.box.mass * scene.physics.gravity / Box::kCorners;
+        scene.movables[0].config.friction * scene.movables[0].config.mass * scene.physics.gravity / Movable::kCorners;
 
     explicit LoneBox(double x = 0, double y = 0, double heading = 0)
         : scene(Fixture({0.45, -0.45, 0}).without_noise().box_at(x, y, heading).scene()) {
@@ -42,7 +42,7 @@ struct LoneBox {
     // Fastest of its points [m/s].
     double speed() const {
         const dReal* v = dBodyGetLinearVel(box.body());
-        return std::hypot(v[0], v[1]) + std::abs(dBodyGetAngularVel(box.body())[2]) * box.reach();
+        return std::hypot(v[0], v[1]) + std::abs(dBodyGetAngularVel(box.body())[2]) * box.figure().reach;
     }
 
     bool holds(const Load& load) {
@@ -108,17 +108,17 @@ Pose thrown(const Thrown& t, double time_step, bool by_reference) {
     Fixture fixture({-0.45, -0.45, 0});
     fixture.without_noise().box_at(0, 0, t.heading).config.physics.time_step = time_step;
     const double velocity[] = {t.vx, t.vy, t.spin};
-    std::copy_n(velocity, 3, fixture.config.box.velocity);
+    std::copy_n(velocity, 3, fixture.config.movables[0].velocity);
     const Scene scene = fixture.scene();
     if (by_reference) {
         PlanarTwin twin(scene);
         twin.run(1);
-        return twin.box_pose();
+        return twin.movable_pose(0);
     }
-    World world(scene, scene.start_poses);
+    World world(scene, starts_of(scene));
     run(world, 1, time_step);
     CHECK(world.unsolved_steps() == 0);
-    return world.box_pose();
+    return world.movable_pose(0);
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ TEST_CASE("a standing box stands as long as its feet hold, whether it is expecte
         box.box.place_at(box.place());
         Load load{random(), random(), 0.2 * random()};
         Feet feet;
-        for (int foot = 0; foot < Box::kCorners; ++foot) feet[foot] = box.box.corner(foot);
+        for (int foot = 0; foot < Movable::kCorners; ++foot) feet[foot] = box.box.corner(foot);
         // hold_of() gives the factor itself near 1 alone.
         for (int k = 0; k < 60; ++k) {
             const double factor = hold_of(feet, box.limit, load, 1e-5).factor;
@@ -169,7 +169,8 @@ TEST_CASE("a standing box stands as long as its feet hold, whether it is expecte
 }
 
 TEST_CASE("a wall holds a box against what presses on it, between the corners that touch it") {
-    const double half_x = LoneBox().scene.box.size[0] / 2, half_y = LoneBox().scene.box.size[1] / 2;
+    const double half_x = LoneBox().scene.movables[0].config.size[0] / 2,
+                 half_y = LoneBox().scene.movables[0].config.size[1] / 2;
     LoneBox flat(0, 0.5 - half_y);
     CHECK(flat.holds({0, 1000, 0}));
     CHECK(flat.holds({0, 1000, 999 * half_x}));
