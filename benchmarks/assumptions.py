@@ -59,7 +59,7 @@ ASSUMPTIONS = (
     _listed("a robot that nothing is near and whose wheels hold coasts, in closed form", "assume_coasting"),
     _listed("what would take a push by others to meet does not meet", "assume_clearance"),
     _listed("what is at rest stays there under the same forces", "assume_resting"),
-    _listed("a box that stands is a wall", "assume_standing_box"),
+    _listed("a movable that stands is a wall", "assume_standing_movables"),
     _listed("what moved smoothly goes on so: steps of second order", "assume_smooth_motion"),
     Assumption(
         "a robot whose wheels stick goes where they take it: where Newton's method begins",

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -41,6 +42,7 @@ def installer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
         (info / "entry_points.txt").write_text("\n".join(lines))
         for module, source in modules.items():
             (site / f"{module}.py").write_text(textwrap.dedent(source))
+            monkeypatch.delitem(sys.modules, module, raising=False)  # of a test before, which called it the same
         monkeypatch.syspath_prepend(str(site))
         return site
 

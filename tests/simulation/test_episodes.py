@@ -169,7 +169,7 @@ def test_native_fixture_has_the_defaults() -> None:
 
     assert numbers(r"config\.arena\.size\[1\] = (.*);") == [config.arena.size]
     assert numbers(r"config\.arena\.wall_height = (.*);") == [config.arena.wall_height]
-    assert numbers(r"SWE_SHAPE_BOX, {(.*), SWE_START_POSES") == [
+    assert numbers(r"SWE_SHAPE_BOX,((?:.|\n)*?)SWE_START_POSES") == [
         *config.box.size,
         config.box.mass,
         config.physics.box_friction,
