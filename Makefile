@@ -71,7 +71,7 @@ lint: $(call needs,lint) build/system-lint
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/deptry swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped
+	$(BIN)/deptry swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks
 	cd $(RIVALS) && ../../$(BIN)/deptry src
 	clang-format --dry-run --Werror $(CPP_FILES)
 
@@ -162,5 +162,5 @@ $(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/pytho
 
 build/python-files: FORCE
 	@mkdir -p build
-	@find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped $(RIVALS) -name '*.py' | sort | cmp -s - $@ || \
-	  find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped $(RIVALS) -name '*.py' | sort >$@
+	@find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks $(RIVALS) -name '*.py' | sort | cmp -s - $@ || \
+	  find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks $(RIVALS) -name '*.py' | sort >$@

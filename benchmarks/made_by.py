@@ -14,7 +14,7 @@ from swarmevo.config import Config
 from swarmevo.errors import ConfigError
 from swarmevo.plugins.team import load_config
 
-CONFIGS: Final = ("paper", "best", "shaped", "quick")
+CONFIGS: Final = ("paper", "best", "shaped", "quick", "coverage", "localisation")
 """That come with swarmevo."""
 OPTIONS: Final = {"evolution.seed": "--seed", "evolution.trials": "--trials"}
 """Of ``swarmevo evolve``, for keys that have one."""

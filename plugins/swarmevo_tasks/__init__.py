@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Objectives of swarm tasks as plugins (``docs/tasks.md``): :mod:`.aggregation`, :mod:`.coverage`, :mod:`.delivery`."""

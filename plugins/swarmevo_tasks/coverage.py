@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Coverage: the team visits as much of the arena as it can, around what stands in it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from swarmevo.protocols import FloatArray, IntArray, SceneInfo, Telemetry
+from swarmevo_shaped.objectives import Explained
+from swarmevo_tasks import geometry
+
+
+class Coverage(Explained):
+    """The share of the arena's free cells that any robot has been in.
+
+    The cells are squares, from the arena's south-western end on. One is free if a robot that stands in the middle of it
+    is clear of walls and obstacles. A robot is in the cell that its centre is in.
+
+    Args:
+        cell: Side of a cell [m].
+
+    Raises:
+        ValueError: No cell is free, or there are more than a million.
+    """
+
+    name = "coverage"
+    channels = ("pose",)
+
+    def __init__(self, scene: SceneInfo, cell: float = 0.1) -> None:
+        corners = geometry.corners_of(scene.world["arena"])
+        self._origin, self._cell = corners.min(axis=0), cell
+        if not 0 < cell < np.inf or np.prod(np.ptp(corners, axis=0) / cell) > 1e6:
+            raise ValueError(f"cell: expected a side of at most a million cells [m], got {cell!r}")
+        columns, rows = (max(1, round(side)) for side in np.ceil(np.ptp(corners, axis=0) / cell - 1e-9))
+        middles = self._origin + cell * (np.argwhere(np.ones((columns, rows))) + 0.5)
+        self._columns, self._rows = columns, rows
+        self._is_free = geometry.clearance(scene.world, middles) >= scene.world["robot"]["radius"]
+        if not self._is_free.any():
+            raise ValueError(f"cell: expected some that a robot can stand in, got none of {cell!r} m")
+
+    def course(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes, steps)``: the share so far."""
+        places = np.floor((telemetry.pose[..., :2] - self._origin) / self._cell).astype(np.intp)
+        column, row = (places[..., i].clip(0, n - 1) for i, n in enumerate((self._columns, self._rows)))
+        steps, free = places.shape[1], self._is_free.sum()
+
+        def course(cells: IntArray) -> FloatArray:
+            first = np.full(len(self._is_free), steps)  # when a cell was first visited; at the end: never
+            np.minimum.at(first, cells, np.arange(steps)[:, np.newaxis])
+            return np.asarray(np.bincount(first[self._is_free], minlength=steps + 1)[:steps].cumsum() / free)
+
+        return np.array([course(cells) for cells in column * self._rows + row])
+
+    def values(self, telemetry: Telemetry) -> FloatArray:
+        """Return ``(episodes,)``: the share at the end."""
+        return self.course(telemetry)[:, -1]

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Each task that ships can be done by a controller by hand, is not done by chance, and evolves."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+# Benchmarks and examples are not installed. At the end of the path: the installed swarmevo comes first.
+sys.path.append(str(Path(__file__).parents[2]))
+
+from benchmarks import tasks
+from swarmevo import cli
+from swarmevo.plugins.team import load_config
+
+EPISODES = 6
+LEAST = {
+    "coverage": {"coverage": (0.7, 0.3)},
+    "localisation": {"box_pushing": (3.0, 1.5), "homing": (0.8, 0.6)},
+}
+"""For each task's objectives what the controller by hand has at least, and random genomes at most, in the mean."""
+
+
+def test_every_baseline_is_tried() -> None:
+    assert LEAST.keys() == tasks.BASELINES.keys()
+
+
+@pytest.mark.parametrize("task", LEAST)
+def test_the_baseline_scores_and_random_genomes_do_not(task: str) -> None:
+    settings = load_config(task)
+    scores = [
+        dict(zip(tasks.names(settings), values.mean(axis=0), strict=True))
+        for values in (tasks.baseline(settings, task, EPISODES, seed=7), tasks.random(settings, EPISODES, seed=7))
+    ]
+    assert LEAST[task].keys() == scores[0].keys()
+    for name, (least, most) in LEAST[task].items():
+        assert scores[0][name] >= least, name
+        assert scores[1][name] <= most, name
+
+
+def test_the_table_of_the_page_is_printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["tasks", "coverage", "--episodes", "2"])
+    tasks.main()
+    head, _, line = capsys.readouterr().out.splitlines()
+    assert head == "| task | objective | by hand | random |"
+    assert line.startswith("| coverage | coverage | 0.")
+
+
+@pytest.mark.parametrize("task", LEAST)
+def test_it_evolves_and_is_verified(task: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    short = ["evolution.generations=2", "evolution.population=4", "evolution.repeats=1", "episode.horizon=2.0"]
+    settings = [word for setting in short for word in ("--set", setting)]
+    for command in (["evolve", task, *settings, "--seed", "1", "--out", "run"], ["show", "run"], ["verify", "run"]):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(tmp_path)
+            with pytest.raises(SystemExit) as exit:
+                cli.main(command)
+        assert not exit.value.code, capsys.readouterr().err
