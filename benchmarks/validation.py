@@ -51,7 +51,8 @@ natively `native/tests/sensors` and `native/tests/world`).
 
 The physics is held against an independent reference, `native/reference/planar.cpp`: robots, box and walls in the plane,
 springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither code nor method with the library,
-and is held in turn against the figures of a simulator from outside this project.
+and is held in turn against the figures of a simulator from outside this project. Whole episodes on it, with sensors and
+noise of their own, tell [what the shipped controller does in a second simulator](results/second-simulator.md).
 
 Within the library there are two models of the robot. `physics.drive: driven_contacts`, the default, is one rigid body
 whose wheels are contacts with a moving surface. `physics.drive: articulated` is a chassis and two wheel bodies on

@@ -21,7 +21,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from benchmarks.cases import changed
-from benchmarks.results import rate, seconds, table
+from benchmarks.pages import rate, seconds, table
 from benchmarks.second_simulator.episode import TIME_STEP, Network, Outcome, networks_of, run
 from swarmevo import config as configuration
 from swarmevo.analysis import assessment, shipped, table_ii
@@ -197,15 +197,18 @@ def main() -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("controller", nargs="?", metavar="CONTROLLER.json|RUN:ID")
-    parser.add_argument("--tests", type=int, default=200, help="of each team with sprung bumpers")
-    parser.add_argument("--rigid-tests", type=int, default=100, help="of each team with rigid bumpers")
+    parser.add_argument("--tests", type=int, default=200, help="of each team with sprung bumpers; 0: none")
+    parser.add_argument("--rigid-tests", type=int, default=100, help="of each team with rigid bumpers; 0: none")
     parser.add_argument("--robots", default="1-5", help="team sizes")
     arguments = parser.parse_args()
+    if max(arguments.tests, arguments.rigid_tests) < 1:
+        parser.error("--tests, --rigid-tests: expected at least one test")
     command = " ".join(["python -m benchmarks.second_simulator", *sys.argv[1:]])
     try:
         one = tested(arguments.controller)
         tests = {"sprung": arguments.tests, "rigid": arguments.rigid_tests}
-        found = list(compare(one, team_sizes(arguments.robots), tests))
+        tried = {bumper: times for bumper, times in tests.items() if times > 0}
+        found = list(compare(one, team_sizes(arguments.robots), tried))
     except SwarmevoError as error:
         parser.exit(1, f"error: {error}\n")
     print(page(one, found, command), end="")

@@ -112,7 +112,18 @@ def check(config: Config) -> None:
         InvalidArgument: It has something else; names all of it.
     """
     team, in_row = config.team, int(config.arena.size / config.team.row_spacing)
+    box, rays, sectors = config.box, len(config.sensors.infrared_yaw_deg), len(config.sensors.touch_yaw_deg)
     wrong = {
+        "scene: expected nothing beside box, emitter and target wall": config.scene != type(config.scene)(),
+        f"arena.shape: expected square, got {config.arena.shape}": config.arena.shape != "square",
+        "box: expected a box on its corners, with physics.box_friction, that starts at its pose": (
+            (box.shape, box.friction, box.feet, box.start) != ("box", None, 1.0, "pose")
+        ),
+        "emitter.rides_on: expected none": config.emitter.rides_on is not None,
+        f"robot.sensors: expected infrared, touch, rf, got {', '.join(config.robot.sensors)}": (
+            config.robot.sensors != ("infrared", "touch", "rf")
+        ),
+        f"sensors: expected 8 infrared rays and 4 box sensors, got {rays} and {sectors}": (rays, sectors) != (8, 4),
         "team.start: expected row or poses, got random": team.start == "random",
         f"team.robots: expected at most {in_row} in a row, got {team.robots}": (
             team.start == "row" and team.robots > in_row

@@ -22,7 +22,7 @@ from swarmevo.protocols import SceneInfo
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 README, PLUGINS, CONFIGURATION = ROOT / "README.md", DOCS / "plugins.md", DOCS / "configuration.md"
-PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", ROOT / "CHANGELOG.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", ROOT / "CHANGELOG.md", *sorted(DOCS.rglob("*.md"))]
 
 SHORT = ["episode.horizon=1.0", "evolution.population=4", "evolution.generations=2", "evolution.repeats=1"]
 

@@ -222,6 +222,11 @@ def test_an_episode_depends_on_its_random_numbers_alone() -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
+        ("scene.obstacles=[{}]", "scene: expected nothing beside box, emitter and target wall"),
+        ("arena.shape=circle", "arena.shape: expected square, got circle"),
+        ("box.feet=0.5", "box: expected a box on its corners, with physics.box_friction, that starts at its pose"),
+        ("robot.sensors=[infrared, touch]", "robot.sensors: expected infrared, touch, rf, got infrared, touch"),
+        ("sensors.touch_yaw_deg=[0]", "sensors: expected 8 infrared rays and 4 box sensors, got 8 and 1"),
         ("team.start=random", "team.start: expected row or poses, got random"),
         ("team.robots=9", "team.robots: expected at most 8 in a row, got 9"),
         ("sensors.touch_mode=force", "sensors.touch_mode: expected binary or graded, got force"),
