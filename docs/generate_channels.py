@@ -19,8 +19,9 @@ reads in its `channels`; `simulate` takes them as an argument; `Lockstep.state` 
 
 - The axes of a recorded channel are the episodes, the control steps, then the shape below: `telemetry.pose` is
   `(episodes, steps, robots, 3)`. In the state of a lockstep the first axis is the worlds, and there is no second one.
-- A shape with a name has as many places there as a robot of the scene has commands, observations, infrared rays or
-  touch sensors: `Scene.info` tells. Rays, touch sensors and RF are recorded whether or not the robots observe them.
+- A shape with a name has as many places there as a robot of the scene has commands, bits of message, observations,
+  infrared rays or touch sensors: `Scene.info` tells. Rays, touch sensors and RF are recorded whether or not the robots
+  observe them.
 - All values are doubles. World frame: origin at the arena's centre, x east, y north; headings counter-clockwise.
 - A channel that was not recorded is an `AttributeError` that names it.
 

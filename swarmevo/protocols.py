@@ -143,7 +143,7 @@ class GenomeSpace:
 # ---- what an episode leaves ------------------------------------------------------------------------------------------
 
 
-Axis: TypeAlias = Literal["robots", "commands", "observations", "infrared", "touch", "movables"]
+Axis: TypeAlias = Literal["robots", "commands", "message", "observations", "infrared", "touch", "movables"]
 
 
 @dataclass(frozen=True)
@@ -180,8 +180,11 @@ CHANNELS: Final[Mapping[str, Channel]] = {
     "command": Channel(
         ("robots", "commands"),
         "top speed",
-        "left and right wheel in [-1, 1], as the controller gave them, clipped",
+        "left and right wheel in [-1, 1], then message bits, as the controller gave them, clipped",
         -1.0,
+    ),
+    "message": Channel(
+        ("robots", "message"), "1", "bits that a robot sends, which others have in their next observation", is_flag=True
     ),
     "observation": Channel(
         ("robots", "observations"), "1", "what the controller was given, in the order of `robot.sensors`"
@@ -375,6 +378,11 @@ class SceneInfo(_InWorld):
     def commands(self) -> int:
         """Length of a command."""
         return len(self.command_names)
+
+    @property
+    def message(self) -> int:
+        """Bits of a robot's message, which are the commands behind the wheels'."""
+        return self.commands - len(WHEELS)
 
     @property
     def horizon(self) -> float:

@@ -40,6 +40,9 @@ extern "C" {
 #define SWE_MAX_EMITTERS 16
 #define SWE_MAX_PATCHES 32
 #define SWE_MAX_GOALS 8
+#define SWE_MAX_SECTORS 32
+#define SWE_MAX_MESSAGE 16 /* bits */
+#define SWE_MAX_GROUND 8
 
 /* ---- status ---- */
 
@@ -115,7 +118,8 @@ typedef struct swe_emitter_config {
     int32_t reach;      /* SWE_REACH_* */
 } swe_emitter_config;
 
-#define SWE_NOTHING 1000 /* no movable */
+#define SWE_CHANNEL_LIGHT 15 /* of lights, which light sensors alone perceive */
+#define SWE_NOTHING 1000     /* no movable */
 
 #define SWE_REACH_RANGE 1 /* heard within `range` only; S is the smallest strength outside */
 #define SWE_REACH_ARENA 2 /* heard everywhere */
@@ -166,9 +170,18 @@ typedef struct swe_robot_config {
     uint32_t sensor_count;            /* of these; 0: a robot observes nothing */
 } swe_robot_config;
 
-#define SWE_SENSOR_INFRARED 1 /* infrared_count readings in [0, 1] */
-#define SWE_SENSOR_TOUCH 2    /* touch_count readings in [0, 1] */
-#define SWE_SENSOR_RF 3       /* signal strength S over the emitter's largest */
+#define SWE_SENSOR_INFRARED 1   /* infrared_count readings in [0, 1] */
+#define SWE_SENSOR_TOUCH 2      /* touch_count readings in [0, 1] */
+#define SWE_SENSOR_RF 3         /* signal strength S over the emitter's largest */
+#define SWE_SENSOR_RF_BEARING 4 /* cosine and sine of the emitter's bearing; 0, 0 where it is not heard */
+#define SWE_SENSOR_RANGE_AND_BEARING                                                                        \
+    5                         /* in each sector: 1 - distance / range of the nearest robot, and its message \
+                               */
+#define SWE_SENSOR_GROUND 6   /* ground_count grey values of the floor, 0 black to 1 white */
+#define SWE_SENSOR_ODOMETRY 7 /* left and right wheel's speed over the top speed, in the last control step */
+#define SWE_SENSOR_MOVABLE_MOTION \
+    8                      /* of the movable that is touched: ahead, left, spin, over the robot's fastest; or 0 */
+#define SWE_SENSOR_LIGHT 9 /* in each sector: strength of the strongest light over its largest; 0 without one */
 
 #define SWE_BUMPER_SPRUNG 1 /* meets box, walls and other robots softly, all round the body */
 #define SWE_BUMPER_RIGID 2
@@ -195,6 +208,12 @@ typedef struct swe_sensors_config {
     double touch_half_width_deg;                    /* of each sector [deg] */
     double touch_range;                             /* between body and box [m] */
     int32_t touch_mode;                             /* SWE_TOUCH_MODE_* */
+    double range_and_bearing_range;                 /* between robots' centres [m] */
+    uint32_t range_and_bearing_sectors;        /* 1 to SWE_MAX_SECTORS; the first is centred ahead, then leftwards */
+    uint32_t range_and_bearing_message;        /* bits that a robot sends: further commands; 0 to SWE_MAX_MESSAGE */
+    double ground_position[SWE_MAX_GROUND][2]; /* of the sensors, ahead and to the left of the axle's middle [m] */
+    uint32_t ground_count;                     /* of these, 1 to SWE_MAX_GROUND */
+    uint32_t light_sectors;                    /* 1 to SWE_MAX_SECTORS, as those of range and bearing */
 } swe_sensors_config;
 
 #define SWE_INFRARED_TARGET_WALLS_AND_ROBOTS 1
@@ -209,6 +228,11 @@ typedef struct swe_noise_config {
     double infrared_at_contact; /* the same at distance 0; linear in between over the curve's first interval */
     double wheels;              /* largest relative error of a wheel's speed, uniform */
     double rf;                  /* relative standard deviation of S, Gaussian */
+    double rf_bearing;          /* standard deviation of the bearing, Gaussian [rad] */
+    double range_and_bearing;   /* relative standard deviation of a distance, Gaussian */
+    double ground;              /* standard deviation of a grey value, Gaussian */
+    double odometry;            /* relative standard deviation of a speed, Gaussian */
+    double light;               /* relative standard deviation of a strength, Gaussian */
 } swe_noise_config;
 
 typedef struct swe_physics_config {
@@ -265,7 +289,8 @@ uint32_t swe_scene_robots(const swe_scene* scene);
 uint32_t swe_scene_control_steps(const swe_scene* scene);
 uint32_t swe_scene_movables(const swe_scene* scene);
 uint32_t swe_scene_observations(const swe_scene* scene); /* numbers in a robot's observation */
-uint32_t swe_scene_commands(const swe_scene* scene);     /* in its command: left wheel, right wheel */
+uint32_t swe_scene_commands(const swe_scene* scene);     /* in its command: left wheel, right wheel, then
+                                                            a message bit each: set where above 0 */
 
 /* ---- policies ---- */
 
@@ -273,7 +298,7 @@ uint32_t swe_scene_commands(const swe_scene* scene);     /* in its command: left
  *   parameters   as given in swe_policy; shared between threads, not to be written
  *   observation  the scene's values, swe_scene_observations of them
  *   memory       swe_policy.memory doubles of this robot alone, zero when the episode starts
- *   command      swe_scene_commands values to write; the library clips them to [-1, 1], of the top speed
+ *   command      swe_scene_commands values to write; the library clips them to [-1, 1]: of the top speed, then bits
  */
 typedef void (*swe_policy_function)(const void* parameters, const double* observation, double* memory, double* command);
 

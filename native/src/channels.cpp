@@ -2,6 +2,7 @@
 #include "channels.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -18,6 +19,10 @@ unsigned commands(const Scene& scene) {
 
 unsigned observations(const Scene& scene) {
     return scene.suite.size();
+}
+
+unsigned messages(const Scene& scene) {
+    return scene.message_bits;
 }
 
 unsigned infrared(const Scene& scene) {
@@ -52,6 +57,13 @@ void write_command(double* values, const Moment& moment) {
 
 void write_observation(double* values, const Moment& moment) {
     std::copy_n(moment.observations, moment.scene.robots * observations(moment.scene), values);
+}
+
+void write_message(double* values, const Moment& moment) {
+    for (std::size_t i = 0; i < moment.scene.robots * messages(moment.scene); ++i) {
+        const double command = message_bit(moment.scene, moment.commands, i);
+        values[i] = std::isnan(command) ? command : command > 0;
+    }
 }
 
 void write_infrared(double* values, const Moment& moment) {
@@ -98,6 +110,7 @@ void write_box_contact(double* values, const Moment& moment) {
 constexpr Channel kChannels[] = {
     {"pose", true, 3, nullptr, write_pose},
     {"command", true, 0, commands, write_command},
+    {"message", true, 0, messages, write_message},
     {"observation", true, 0, observations, write_observation},
     {"infrared", true, 0, infrared, write_infrared},
     {"touch", true, 0, touch, write_touch},

@@ -36,6 +36,11 @@ struct Channel {
     std::size_t size(const Scene& scene) const { return (per_robot ? std::size_t{scene.robots} : 1) * width(scene); }
 };
 
+// The command behind bit i of all robots' messages, of commands (robots, commands of the scene).
+inline double message_bit(const Scene& scene, const double* commands, std::size_t i) {
+    return commands[i / scene.message_bits * scene.commands + 2 + i % scene.message_bits];
+}
+
 std::size_t channel_count();
 const Channel& channel(std::size_t i);               // i below channel_count()
 const Channel* find_channel(std::string_view name);  // null if there is none

@@ -114,6 +114,9 @@ Episode::Episode(const Scene& scene, const EpisodeKey& key, Recorder recorder)
     now_.movables.resize(scene.movables.size());
     at_goal_.resize(scene.movables.size());
     if (scene.sensors.touch_mode == SWE_TOUCH_MODE_FORCE) now_.push_forces.resize(scene.robots * scene.movables.size());
+    if (scene.suite.place_of(SWE_SENSOR_MOVABLE_MOTION) >= 0) now_.motions.resize(scene.movables.size());
+    if (scene.suite.place_of(SWE_SENSOR_ODOMETRY) >= 0) now_.wheel_speeds.resize(2 * scene.robots);
+    now_.messages.resize(scene.robots * scene.message_bits);
     look_around();
 }
 
@@ -132,8 +135,17 @@ void Episode::look_around() {
     if (!goal_times_.empty() && std::isnan(push_time_) &&
         std::none_of(goal_times_.begin(), goal_times_.end(), is_pending))
         push_time_ = time;
+    feel();
+}
+
+// Takes what sensors read beside poses.
+void Episode::feel() {
     for (std::size_t i = 0; i < now_.push_forces.size(); ++i)
         now_.push_forces[i] = world_.push_force(i / now_.movables.size(), i % now_.movables.size());
+    for (unsigned i = 0; i < now_.motions.size(); ++i) now_.motions[i] = world_.movable_motion(i);
+    for (unsigned i = 0; i < now_.wheel_speeds.size(); ++i)
+        now_.wheel_speeds[i] = world_.wheel_speed(i / 2, static_cast<Side>(i % 2));
+    for (unsigned i = 0; i < now_.messages.size(); ++i) now_.messages[i] = message_bit(scene_, clipped_.data(), i) > 0;
 }
 
 const double* Episode::observe() {

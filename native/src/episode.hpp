@@ -34,6 +34,7 @@ class Episode {
 
   private:
     void look_around();
+    void feel();
     void record();
     void leave_empty();
 

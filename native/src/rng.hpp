@@ -23,7 +23,18 @@ inline std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> coun
 }
 
 // What a draw is for: streams of different purposes never meet.
-enum class Purpose : std::uint32_t { start = 1, infrared = 2, wheels = 3, rf = 4, movable_start = 5 };
+enum class Purpose : std::uint32_t {
+    start = 1,
+    infrared = 2,
+    wheels = 3,
+    rf = 4,
+    movable_start = 5,
+    rf_bearing = 16,
+    range_and_bearing = 17,
+    ground = 18,
+    odometry = 19,
+    light = 20,
+};
 
 // The key of one episode's streams.
 struct EpisodeKey {

@@ -54,7 +54,13 @@ struct Fixture {
         config.sensors.touch_half_width_deg = 15;
         config.sensors.touch_range = 0.002;
         config.sensors.touch_mode = SWE_TOUCH_MODE_BINARY;
-        config.noise = {0.05, 0.005, 0.05, 0};
+        config.sensors.range_and_bearing_range = 0.7;
+        config.sensors.range_and_bearing_sectors = 4;
+        config.sensors.range_and_bearing_message = 0;
+        config.sensors.ground_position[0][0] = config.sensors.ground_position[0][1] = 0;
+        config.sensors.ground_count = 1;
+        config.sensors.light_sectors = 8;
+        config.noise = {0.05, 0.005, 0.05, 0, 0, 0, 0, 0, 0};
         config.physics = {0.05, 9.81, 1.0, 0.2, 0.2, 1e-5, SWE_DRIVE_DRIVEN_CONTACTS};
         config.episode = {180, 0.1, SWE_UNTIL_HORIZON};
     }
@@ -82,7 +88,7 @@ struct Fixture {
     }
 
     Fixture& without_noise() {
-        config.noise = {0, 0, 0, 0};
+        config.noise = {};
         config.team.start_jitter[0] = config.team.start_jitter[1] = 0;
         return *this;
     }

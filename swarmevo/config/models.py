@@ -24,11 +24,13 @@ Extent = Annotated[float, Field(ge=0.01, le=10)]
 Strength = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=-10, le=10)]
 Shift = Annotated[float, Field(ge=0, le=1)]
+Offset = Annotated[float, Field(ge=-1, le=1)]
 Jitter = Annotated[float, Field(ge=0, le=3.15)]
 Side = Annotated[float, Field(ge=0.2, le=100)]
 Stretch = Annotated[float, Field(ge=0.001, le=1000)]
 Place = Annotated[tuple[Number, Number], FromList]
 Vector = Annotated[tuple[Number, Number, Number], FromList]
+Spot = Annotated[tuple[Offset, Offset], FromList]
 CurvePoint = Annotated[tuple[Annotated[float, Field(ge=0, le=10)], Annotated[float, Field(ge=0, le=1e6)]], FromList]
 
 
@@ -123,7 +125,7 @@ class Emitter(Section):
     reach: Literal["range", "arena"] = "range"
     """Whether S is heard within `range` only, or in the whole arena."""
     channel: str = Field(default="rf", pattern="^[a-z][a-z0-9_]{0,31}$")
-    """What sensors tell it by. Robots home in on the first emitter's channel."""
+    """What sensors tell it by: `light` is for light sensors. Robots home in on the first emitter's channel that is none."""
     rides_on: int | None = Field(default=None, ge=0, le=31)
     """The movable that carries it, by its place in the list; nothing: it stands still."""
 
@@ -173,7 +175,9 @@ class Surroundings(Section):
     """Parts of the floor in another grey."""
 
 
-Device: TypeAlias = Literal["infrared", "touch", "rf"]
+Device: TypeAlias = Literal[
+    "infrared", "touch", "rf", "rf_bearing", "range_and_bearing", "ground", "odometry", "movable_motion", "light"
+]
 
 
 def _each_once(devices: tuple[Device, ...]) -> tuple[Device, ...]:
@@ -252,7 +256,7 @@ class Team(Section):
 
 
 class Sensors(Section):
-    """Infrared and box sensors of each robot."""
+    """What the devices of `robot.sensors` are like."""
 
     infrared_yaw_deg: Annotated[tuple[Bearing, ...], FromList, Field(min_length=1, max_length=64)] = (
         -17.2,
@@ -292,6 +296,17 @@ class Sensors(Section):
     """Distance between body and box up to which a box sensor answers [m]."""
     touch_mode: Literal["binary", "graded", "force"] = "binary"
     """0 or 1; 1 - distance / touch_range; or the normal force over the robot's traction limit."""
+    range_and_bearing_range: float = Field(default=0.7, ge=0.01, le=100)
+    """Between robots' centres, up to which one perceives another [m] (ARGoS's e-puck in Francesca et al. 2014)."""
+    range_and_bearing_sectors: int = Field(default=4, ge=1, le=32)
+    """Sectors of equal width; the first is centred ahead, the others follow to the left."""
+    range_and_bearing_message: int = Field(default=0, ge=0, le=16)
+    """Bits that a robot sends in each control step to all in range: as many commands more, set where above 0."""
+    light_sectors: int = Field(default=8, ge=1, le=32)
+    """Sectors of equal width; the first is centred ahead, the others follow to the left. Lights are emitters of the
+    channel `light`."""
+    ground_position: Annotated[tuple[Spot, ...], FromList, Field(min_length=1, max_length=8)] = ((0.0, 0.0),)
+    """Places of the ground sensors, ahead and to the left of the robot's centre [m]."""
 
 
 class Noise(Section):
@@ -305,6 +320,16 @@ class Noise(Section):
     """Largest relative error of a wheel's speed, uniform (Enki 5 %)."""
     rf: Fraction = 0.0
     """Relative standard deviation of S."""
+    rf_bearing: float = Field(default=0.0, ge=0, le=3.15)
+    """Standard deviation of the emitter's bearing [rad]."""
+    range_and_bearing: Fraction = 0.0
+    """Relative standard deviation of the distance to another robot."""
+    ground: Fraction = 0.0
+    """Standard deviation of a grey value."""
+    odometry: Fraction = 0.0
+    """Relative standard deviation of a wheel's measured speed."""
+    light: Fraction = 0.0
+    """Relative standard deviation of a light's strength."""
 
 
 class Physics(Section):

@@ -17,7 +17,17 @@ def _numbered(name: str, n: int) -> tuple[str, ...]:
 READINGS: Final[Mapping[str, Callable[[Sensors], tuple[str, ...]]]] = {
     "infrared": lambda sensors: _numbered("infrared", len(sensors.infrared_yaw_deg)),
     "touch": lambda sensors: _numbered("touch", len(sensors.touch_yaw_deg)),
-    "rf": lambda sensors: ("rf",),
+    "rf": lambda _sensors: ("rf",),
+    "rf_bearing": lambda _sensors: ("rf_bearing_cos", "rf_bearing_sin"),
+    "range_and_bearing": lambda sensors: tuple(
+        name
+        for sector in _numbered("range_and_bearing", sensors.range_and_bearing_sectors)
+        for name in (sector, *_numbered(f"{sector}_message", sensors.range_and_bearing_message))
+    ),
+    "ground": lambda sensors: _numbered("ground", len(sensors.ground_position)),
+    "light": lambda sensors: _numbered("light", sensors.light_sectors),
+    "odometry": lambda _sensors: ("odometry_left", "odometry_right"),
+    "movable_motion": lambda _sensors: ("movable_motion_ahead", "movable_motion_left", "movable_motion_spin"),
 }
 """For each device the names of its readings, in their order; ``native/src/sensors/`` has the devices themselves."""
 
@@ -25,12 +35,13 @@ READINGS: Final[Mapping[str, Callable[[Sensors], tuple[str, ...]]]] = {
 def scene_info(config: Config) -> SceneInfo:
     """Return what a plugin may know about the scene of ``config``."""
     episode, sensors = config.episode, config.sensors
+    bits = sensors.range_and_bearing_message if "range_and_bearing" in config.robot.sensors else 0
     return SceneInfo(
         robots=config.team.robots,
         control_steps=round(episode.horizon / episode.control_period),
         control_period=episode.control_period,
         observation_names=tuple(name for device in config.robot.sensors for name in READINGS[device](sensors)),
-        command_names=WHEELS,
+        command_names=(*WHEELS, *_numbered("message", bits)),
         infrared=len(sensors.infrared_yaw_deg),
         touch=len(sensors.touch_yaw_deg),
         movables=len(surroundings(config).movables or ()),

@@ -87,10 +87,11 @@ def _copy_scene(ffi: Any, lib: Any, native: Any, scene: Surroundings) -> None:
         struct.start = lib.SWE_START_RANDOM if movable.start == "random" else lib.SWE_START_POSES
     native.n_obstacles = copy(native.obstacles, [_as_box(obstacle) for obstacle in scene.obstacles])
     emitters = scene.emitters or ()
-    channels = list(dict.fromkeys(emitter.channel for emitter in emitters))
+    channels = list(dict.fromkeys(emitter.channel for emitter in emitters if emitter.channel != "light"))
     native.n_emitters = copy(native.emitters, [emitter.model_copy(update=_UNSET) for emitter in emitters])
     for struct, emitter in zip(native.emitters, emitters, strict=False):
-        struct.channel = channels.index(emitter.channel)
+        is_light = emitter.channel == "light"
+        struct.channel = lib.SWE_CHANNEL_LIGHT if is_light else channels.index(emitter.channel)
         struct.rides_on = lib.SWE_NOTHING if emitter.rides_on is None else emitter.rides_on
     native.ground.grey = scene.grey
     native.ground.n_patches = copy(native.ground.patches, scene.patches)
@@ -115,6 +116,7 @@ def _native_config(config: Config) -> tuple[Any, list[Any]]:
     native.sensors.infrared_count = len(config.sensors.infrared_yaw_deg)
     native.sensors.infrared_curve_points = len(config.sensors.infrared_curve)
     native.sensors.touch_count = len(config.sensors.touch_yaw_deg)
+    native.sensors.ground_count = len(config.sensors.ground_position)
     native.team.start = lib.SWE_START_RANDOM if config.team.start == "random" else lib.SWE_START_POSES
 
     west, east, *_ = config.arena.bounds

@@ -47,12 +47,31 @@ void check_touch(Check& check, const swe_sensors_config& s) {
     check.choice("sensors.touch_mode", s.touch_mode, SWE_TOUCH_MODE_FORCE);
 }
 
+void check_range_and_bearing(Check& check, const swe_sensors_config& s) {
+    check.range("sensors.range_and_bearing_range", s.range_and_bearing_range, 0.01, 100, "m");
+    check.range("sensors.range_and_bearing_sectors", s.range_and_bearing_sectors, 1, SWE_MAX_SECTORS, "sectors");
+    check.range("sensors.range_and_bearing_message", s.range_and_bearing_message, 0, SWE_MAX_MESSAGE, "bits");
+}
+
+void check_light(Check& check, const swe_sensors_config& s) {
+    check.range("sensors.light_sectors", s.light_sectors, 1, SWE_MAX_SECTORS, "sectors");
+}
+
+void check_ground(Check& check, const swe_sensors_config& s) {
+    if (!check.range("sensors.ground_position", s.ground_count, 1, SWE_MAX_GROUND, "places")) return;
+    for (unsigned i = 0; i < s.ground_count; ++i)
+        check.ranges("sensors.ground_position[" + std::to_string(i) + "]", s.ground_position[i], -1, 1, "m");
+}
+
 }  // namespace
 
 void check_sensors(Check& check, const swe_scene_config& c) {
     check_list(check, c.robot);
     check_infrared(check, c.sensors);
     check_touch(check, c.sensors);
+    check_range_and_bearing(check, c.sensors);
+    check_ground(check, c.sensors);
+    check_light(check, c.sensors);
 }
 
 }  // namespace swarmevo

@@ -65,7 +65,8 @@ Scene::Scene(const swe_scene_config& config)
       start_poses(copy_poses(config.team)),
       infrared_rays(directions(config.sensors.infrared_yaw_deg, config.sensors.infrared_count)),
       suite(config),
-      commands(2),
+      message_bits(suite.place_of(SWE_SENSOR_RANGE_AND_BEARING) < 0 ? 0 : config.sensors.range_and_bearing_message),
+      commands(2 + message_bits),
       robots(config.team.robots),
       control_steps(ratio(config.episode.horizon, config.episode.control_period)),
       substeps(ratio(config.episode.control_period, config.physics.time_step)) {}

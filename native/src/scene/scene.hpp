@@ -26,6 +26,12 @@ struct Obstacle {
     Pose pose;
 };
 
+// How something moves on the floor.
+struct Twist {
+    double x, y;  // [m/s]
+    double spin;  // [rad/s]
+};
+
 class Scene {
   public:
     // Throws Error(SWE_INVALID_ARGUMENT) with all that is wrong, separated by "; ".
@@ -50,8 +56,9 @@ class Scene {
         double x, y;  // of a unit vector in the robot's own frame
     };
     const std::vector<Direction> infrared_rays;
-    const SensorSuite suite;  // of each robot
-    const unsigned commands;  // that each robot is told
+    const SensorSuite suite;      // of each robot
+    const unsigned message_bits;  // that each robot sends
+    const unsigned commands;      // that each robot is told
     const unsigned robots;
     const unsigned control_steps;  // in an episode
     const unsigned substeps;       // time steps in a control step

@@ -180,6 +180,11 @@ void check_physics(Check& check, const swe_scene_config& c) {
     check.range("noise.infrared_at_contact", c.noise.infrared_at_contact, 0, 1, "");
     check.range("noise.wheels", c.noise.wheels, 0, 1, "");
     check.range("noise.rf", c.noise.rf, 0, 1, "");
+    check.range("noise.rf_bearing", c.noise.rf_bearing, 0, 3.15, "rad");
+    check.range("noise.range_and_bearing", c.noise.range_and_bearing, 0, 1, "");
+    check.range("noise.ground", c.noise.ground, 0, 1, "");
+    check.range("noise.odometry", c.noise.odometry, 0, 1, "");
+    check.range("noise.light", c.noise.light, 0, 1, "");
 
     const bool stepped = check.range("physics.time_step", c.physics.time_step, 0.0005, 0.05, "s");
     check.range("physics.gravity", c.physics.gravity, 0.1, 100, "m/s^2");

@@ -16,19 +16,58 @@ double distance_squared(const Scene& scene, const swe_emitter_config& emitter, c
     return square(me.x - source[0]) + square(me.y - source[1]) + square(scene.robot.height - source[2]);
 }
 
-// Largest strength of any emitter, by which readings are divided; 1 where there is none.
+// Largest strength of any emitter but lights, by which readings are divided; 1 where there is none.
 double strongest_signal(const Scene& scene) {
     double most = 0;
-    for (const swe_emitter_config& emitter : scene.emitters) most = std::max(most, emitter.strength[1]);
+    for (const swe_emitter_config& emitter : scene.emitters)
+        if (emitter.channel != SWE_CHANNEL_LIGHT) most = std::max(most, emitter.strength[1]);
     return most > 0 ? most : 1;
 }
 
-unsigned width(const swe_sensors_config&) {
+// Is an emitter heard that is so far away [m^2]?
+bool is_heard(const swe_emitter_config& emitter, double distance_squared) {
+    return emitter.reach != SWE_REACH_RANGE || distance_squared <= square(emitter.range);
+}
+
+unsigned one(const swe_sensors_config&) {
     return 1;
 }
 
-void sense(const Glimpse& glimpse, double* readings) {
+unsigned two(const swe_sensors_config&) {
+    return 2;
+}
+
+void sense_strength(const Glimpse& glimpse, double* readings) {
     *readings = signal_strength(glimpse) / strongest_signal(glimpse.scene);
+}
+
+// The nearest emitter that is heard, of the first channel; null if there is none.
+const swe_emitter_config* nearest_heard(const Glimpse& glimpse) {
+    const swe_emitter_config* nearest = nullptr;
+    double shortest = kNothing;
+    for (const swe_emitter_config& emitter : glimpse.scene.emitters) {
+        const double squared = distance_squared(glimpse.scene, emitter, glimpse.now, glimpse.robot);
+        if (emitter.channel != 0 || !is_heard(emitter, squared) || squared >= shortest) continue;
+        nearest = &emitter, shortest = squared;
+    }
+    return nearest;
+}
+
+// Straight below or above the receiver an emitter has no bearing.
+void sense_bearing(const Glimpse& glimpse, double* readings) {
+    readings[0] = readings[1] = 0;
+    const swe_emitter_config* emitter = nearest_heard(glimpse);
+    if (!emitter) return;
+    const auto source = place_of(*emitter, glimpse.now);
+    const Pose& me = glimpse.me();
+    const double x = source[0] - me.x, y = source[1] - me.y;
+    if (x == 0 && y == 0) return;
+    double bearing = std::atan2(y, x) - me.heading;
+    if (glimpse.scene.noise.rf_bearing > 0) {
+        const auto words = glimpse.draw(Purpose::rf_bearing);
+        bearing += glimpse.scene.noise.rf_bearing * normal(words[0], words[1]);
+    }
+    readings[0] = std::cos(bearing), readings[1] = std::sin(bearing);
 }
 
 }  // namespace
@@ -47,28 +86,33 @@ bool in_emitter_range(const Scene& scene, const Snapshot& now, unsigned robot) {
     });
 }
 
+bool is_heard(const Glimpse& glimpse, const swe_emitter_config& emitter) {
+    return is_heard(emitter, distance_squared(glimpse.scene, emitter, glimpse.now, glimpse.robot));
+}
+
+double strength_of(const Glimpse& glimpse, unsigned number, Purpose purpose, double deviation) {
+    const swe_emitter_config& emitter = glimpse.scene.emitters[number];
+    const double least = emitter.strength[0], most = emitter.strength[1];
+    const double squared = distance_squared(glimpse.scene, emitter, glimpse.now, glimpse.robot);
+    if (!is_heard(emitter, squared)) return least;
+    double strength = 1 / std::max(squared, std::numeric_limits<double>::min());
+    if (deviation > 0) {
+        const auto words = glimpse.draw(purpose, number);
+        strength *= 1 + deviation * normal(words[0], words[1]);
+    }
+    return std::clamp(strength, least, most);
+}
+
 double signal_strength(const Glimpse& glimpse, unsigned channel) {
     const Scene& scene = glimpse.scene;
     double strongest = 0;
-    for (unsigned i = 0; i < scene.emitters.size(); ++i) {
-        const swe_emitter_config& emitter = scene.emitters[i];
-        if (emitter.channel != channel) continue;
-        const double least = emitter.strength[0], most = emitter.strength[1];
-        const double squared = distance_squared(scene, emitter, glimpse.now, glimpse.robot);
-        double strength = least;
-        if (emitter.reach != SWE_REACH_RANGE || squared <= square(emitter.range)) {
-            strength = 1 / std::max(squared, std::numeric_limits<double>::min());
-            if (scene.noise.rf > 0) {
-                const auto words = glimpse.draw(Purpose::rf, i);
-                strength *= 1 + scene.noise.rf * normal(words[0], words[1]);
-            }
-            strength = std::clamp(strength, least, most);
-        }
-        strongest = std::max(strongest, strength);
-    }
+    for (unsigned i = 0; i < scene.emitters.size(); ++i)
+        if (scene.emitters[i].channel == channel)
+            strongest = std::max(strongest, strength_of(glimpse, i, Purpose::rf, scene.noise.rf));
     return strongest;
 }
 
-const Device kRf = {SWE_SENSOR_RF, width, sense};
+const Device kRf = {SWE_SENSOR_RF, one, sense_strength};
+const Device kRfBearing = {SWE_SENSOR_RF_BEARING, two, sense_bearing};
 
 }  // namespace swarmevo

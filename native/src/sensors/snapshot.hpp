@@ -13,7 +13,10 @@ namespace swarmevo {
 // Everything that sensors need to know about a moment. What no device of the scene reads may be left empty.
 struct Snapshot {
     std::vector<Pose> robots, movables;
-    std::vector<double> push_forces;  // (robots, movables): normal force on each in the last step [N]
+    std::vector<double> push_forces = {};   // (robots, movables): normal force on each in the last step [N]
+    std::vector<Twist> motions = {};        // (movables)
+    std::vector<double> wheel_speeds = {};  // (robots, 2): left and right [rad/s]
+    std::vector<double> messages = {};      // (robots, message bits): sent in the last control step, each 0 or 1
 };
 
 // A moment as one robot's devices see it: a pure function of geometry and random draws.

@@ -4,14 +4,20 @@
 #include <algorithm>
 #include <iterator>
 
+#include "sensors/ground.hpp"
 #include "sensors/infrared.hpp"
+#include "sensors/light.hpp"
+#include "sensors/movable_motion.hpp"
+#include "sensors/odometry.hpp"
+#include "sensors/range_and_bearing.hpp"
 #include "sensors/rf.hpp"
 #include "sensors/touch.hpp"
 
 namespace swarmevo {
 namespace {
 
-constexpr const Device* kDevices[] = {&kInfrared, &kTouch, &kRf};
+constexpr const Device* kDevices[] = {&kInfrared, &kTouch,         &kRf,   &kRfBearing, &kRangeAndBearing, &kGround,
+                                      &kOdometry, &kMovableMotion, &kLight};
 
 }  // namespace
 

@@ -13,11 +13,23 @@ double angle_between(double a, double b) {
     return std::abs(std::remainder(a - b, 2 * kPi));
 }
 
+// The robot's centre from a movable, in the movable's own frame.
+Separation separate(const Glimpse& glimpse, unsigned number) {
+    const Pose &me = glimpse.me(), &movable = glimpse.now.movables[number];
+    const double cosine = std::cos(movable.heading), sine = std::sin(movable.heading);
+    const double dx = me.x - movable.x, dy = me.y - movable.y;
+    return glimpse.scene.movables[number].figure.separate(cosine * dx + sine * dy, cosine * dy - sine * dx);
+}
+
 unsigned width(const swe_sensors_config& sensors) {
     return sensors.touch_count;
 }
 
 }  // namespace
+
+double gap_to(const Glimpse& glimpse, unsigned movable) {
+    return separate(glimpse, movable).distance - glimpse.scene.robot.radius;
+}
 
 void sense_touch(const Glimpse& glimpse, double* readings) {
     const Scene& scene = glimpse.scene;
@@ -25,11 +37,9 @@ void sense_touch(const Glimpse& glimpse, double* readings) {
     std::fill_n(readings, sensors, 0.0);
     const Pose& me = glimpse.me();
     const std::vector<Pose>& movables = glimpse.now.movables;
-    for (std::size_t i = 0; i < movables.size(); ++i) {
+    for (unsigned i = 0; i < movables.size(); ++i) {
         const Pose& movable = movables[i];
-        const double cosine = std::cos(movable.heading), sine = std::sin(movable.heading);
-        const double dx = me.x - movable.x, dy = me.y - movable.y;
-        const Separation s = scene.movables[i].figure.separate(cosine * dx + sine * dy, cosine * dy - sine * dx);
+        const Separation s = separate(glimpse, i);
         const double gap = s.distance - scene.robot.radius;
         if (gap > scene.sensors.touch_range) continue;
 

@@ -9,6 +9,9 @@ namespace swarmevo {
 
 extern const Device kTouch;
 
+// Distance between a robot's rim and a movable [m]; negative where the bumper is pressed in.
+double gap_to(const Glimpse& glimpse, unsigned movable);
+
 // Touch readings in [0, 1], of the movable that answers most. SWE_TOUCH_MODE_FORCE alone reads the snapshot's
 // push_forces.
 void sense_touch(const Glimpse& glimpse, double* readings);

@@ -30,6 +30,9 @@ class Drive {
     // Holds until set anew; rim speeds in [m/s].
     virtual void set_rim_speeds(double left_speed, double right_speed) { rim_speeds_ = {left_speed, right_speed}; }
 
+    // About its axle [rad/s].
+    virtual double wheel_speed(Side side) const { return rim_speeds_[side] / scene_.robot.wheel_radius; }
+
     // By how much other rim speeds differ from those that hold, both wheels together [m/s].
     double speed_change(double left_speed, double right_speed) const {
         return std::abs(left_speed - rim_speeds_[left]) + std::abs(right_speed - rim_speeds_[right]);

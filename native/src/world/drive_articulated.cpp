@@ -52,6 +52,8 @@ class Articulated : public Drive {
             dJointSetHingeParam(hinges_[side], dParamVel, rim_speeds_[side] / scene_.robot.wheel_radius);
     }
 
+    double wheel_speed(Side side) const override { return dJointGetHingeAngleRate(hinges_[side]); }
+
     Twist intended_motion() const override {
         if (has_fallen()) return {0, 0, 0};
         const Vector forward = level_of(body()).forward;

@@ -21,11 +21,6 @@ struct Load {
     double x, y;    // force [N]
     double torque;  // [N m]
 };
-struct Twist {
-    double x, y;  // [m/s]
-    double spin;  // [rad/s]
-};
-
 struct Hold {
     double factor;  // by which the load may grow until the feet give way; infinity without a load
     Twist motion;   // how they then begin to slip, of any length

@@ -65,6 +65,16 @@ Pose World::movable_pose(unsigned movable) const {
     return pose_of(impl_->state.movables[movable].body());
 }
 
+Twist World::movable_motion(unsigned movable) const {
+    const dBodyID body = impl_->state.movables[movable].body();
+    const dReal* v = dBodyGetLinearVel(body);
+    return {v[0], v[1], dBodyGetAngularVel(body)[2]};
+}
+
+double World::wheel_speed(unsigned robot, Side side) const {
+    return impl_->state.robots[robot].drive->wheel_speed(side);
+}
+
 double World::push_force(unsigned robot, unsigned movable) const {
     const Sides::Pair& push = impl_->state.sides.push(static_cast<int>(robot), static_cast<int>(movable));
     return push.may_meet ? push.press() : 0;

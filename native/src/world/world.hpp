@@ -39,6 +39,10 @@ class World {
 
     Pose robot_pose(unsigned robot) const;
     Pose movable_pose(unsigned movable) const;
+    Twist movable_motion(unsigned movable) const;
+
+    // Of a wheel about its axle, as an encoder would measure it [rad/s].
+    double wheel_speed(unsigned robot, Side side) const;
 
     // Normal force of a robot on a movable in the last step [N]; recorded where sensors need it.
     double push_force(unsigned robot, unsigned movable) const;
