@@ -175,7 +175,10 @@ class Controller:
         return Replay(self._title, [replay_data.data(recording, self._title, f"seed {key.seed}")])
 
     def _world(self, robots: int | None, set: Mapping[str, Any] | None) -> tuple[Config, FloatArray]:
-        config = configuration.changed(self._config, _overrides(set), simulation.scene_errors)
+        def errors(found: Config) -> list[str]:
+            return configuration.sense_errors(self._config, found) + simulation.scene_errors(found)
+
+        config = configuration.changed(self._config, _overrides(set), errors)
         return other_world.team_of(config, self.genes, config.team.robots if robots is None else robots)
 
     def _keys(self, episodes: int, seed: int | None) -> list[EpisodeKey]:

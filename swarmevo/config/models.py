@@ -16,6 +16,8 @@ from typing import Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from swarmevo.config import presets
+
 FromList = Field(strict=False)  # YAML has lists, no tuples
 Number = Annotated[float, Field(ge=-100, le=100)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
@@ -125,7 +127,7 @@ class Emitter(Section):
     reach: Literal["range", "arena"] = "range"
     """Whether S is heard within `range` only, or in the whole arena."""
     channel: str = Field(default="rf", pattern="^[a-z][a-z0-9_]{0,31}$")
-    """What sensors tell it by: `light` is for light sensors. Robots home in on the first emitter's channel that is none."""
+    """What sensors tell it by; `light` is for light sensors alone. Robots home in on the first other channel."""
     rides_on: int | None = Field(default=None, ge=0, le=31)
     """The movable that carries it, by its place in the list; nothing: it stands still."""
 
@@ -189,8 +191,11 @@ def _each_once(devices: tuple[Device, ...]) -> tuple[Device, ...]:
 
 
 class Robot(Section):
-    """The E-puck's body and drive, and what it senses."""
+    """A robot's body and drive, and what it senses."""
 
+    preset: Literal["epuck", "epuck_real", "khepera_iv", "thymio_ii"] = "epuck"
+    """Whose the defaults of this section and some others are (docs/robots.md): the paper's e-puck, the real one of
+    150 g, K-Team's Khepera IV, Mobsya's Thymio II. Keys that are named win."""
     sensors: Annotated[tuple[Device, ...], FromList, AfterValidator(_each_once)] = ("infrared", "touch", "rf")
     """Devices, whose readings side by side are what a controller observes; none is fine."""
     radius: float = Field(default=0.035, ge=0.005, le=1)
@@ -467,6 +472,12 @@ class Evolution(Section):
 
 class Config(Section):
     """Everything that decides a run's result."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_preset(cls, data: Any) -> Any:
+        """Let the robot's preset stand in for defaults."""
+        return presets.filled(data) if isinstance(data, Mapping) else data
 
     arena: Arena = Arena()
     box: Box = Box()

@@ -47,3 +47,22 @@ def scene_info(config: Config) -> SceneInfo:
         movables=len(surroundings(config).movables or ()),
         world=world(config),
     )
+
+
+def sense_errors(made_for: Config, config: Config) -> list[str]:
+    """Return why a controller that was made for one world cannot act in another, one line; ``[]``: it can."""
+    theirs, ours = scene_info(made_for), scene_info(config)
+    if theirs.observation_names == ours.observation_names and theirs.command_names == ours.command_names:
+        return []
+    return [
+        f"robot.sensors: expected the observations and commands that the controller was made for, "
+        f"{_counted(theirs)} of {_listed(made_for)}; got {_counted(ours)} of {_listed(config)}"
+    ]
+
+
+def _counted(info: SceneInfo) -> str:
+    return f"{info.observations} and {info.commands}"
+
+
+def _listed(config: Config) -> str:
+    return ", ".join(config.robot.sensors) or "no sensors"

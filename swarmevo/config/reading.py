@@ -22,6 +22,7 @@ from swarmevo.config import yaml as config_yaml
 from swarmevo.config.messages import PLUGINS, did_you_mean, explain, keys_of, nearest, shown
 from swarmevo.config.models import Config, named
 from swarmevo.config.overrides import apply
+from swarmevo.config.presets import stripped
 from swarmevo.errors import ConfigError
 
 TakeOptions = Callable[[str, str, Mapping[str, Any]], dict[str, Any]]
@@ -68,6 +69,8 @@ def _finished(
     options: TakeOptions = _as_yaml_reads_them,
 ) -> Config:
     """Return the configuration that data as it is written and overrides make; ``errors`` were found before."""
+    if any(override.partition("=")[0].strip() in ("robot", "robot.preset") for override in overrides):
+        raw = stripped(raw, Config().model_dump(mode="json"), config_yaml.plain)
     apply(raw, overrides, errors)
     config, missing = _build(_settled(raw, options), errors)
     if check is not None:

@@ -27,6 +27,7 @@ DRAWS: Final = ("uniform", "normal", "choice")
 """How a key of ``vary`` is drawn."""
 FIXED: Final = {
     "team.genomes": "a genome is of one kind of team",
+    "robot.preset": "other keys follow it; name those that differ",
     "robot.sensors": "a controller observes the same in all worlds",
     "episode.control_period": "a controller has one control period",
 }

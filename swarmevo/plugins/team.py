@@ -91,6 +91,8 @@ class Team:
         other.config = settings
         other.scene = simulation.Scene(settings)
         other.robots = other.scene.info.robots
+        if wrong := config.sense_errors(self.config, settings):
+            raise EvaluationError(f"{self._controller.title}: {wrong[0]}")
         if (space := self._controller.checked_space(other.scene.info)) != self._controller.space:
             raise EvaluationError(
                 f"{self._controller.title}: space: expected the same genome in all worlds, of "
@@ -123,7 +125,7 @@ class Team:
         if genomes.ndim != 2 or genomes.shape[1] != self.space.size:
             raise EvaluationError(
                 f"{self._controller.title}: genomes: expected the shape (n, {self.space.size}), got {genomes.shape}; "
-                "install the version of the plugin that they were evolved with"
+                "install the version of the plugin that they were evolved with, and take the robot.sensors of then"
             )
 
     def robot_genomes(self, genomes: FloatArray) -> FloatArray:

@@ -51,7 +51,11 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
     settings = test_world(store.config)
     if not overrides:
         return settings
-    other = config.changed(settings, overrides, simulation.scene_errors)
+
+    def errors(found: config.Config) -> list[str]:
+        return config.sense_errors(settings, found) + simulation.scene_errors(found)
+
+    other = config.changed(settings, overrides, errors)
     with Evaluator(store.config, workers=1) as run, Evaluator(other, workers=1) as here:
         if run.space != here.space:
             raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")

@@ -168,8 +168,12 @@ def shipped_episodes(
     Raises:
         ConfigError: An override is refused.
     """
-    config, genes = shipped.best()
-    config = configuration.changed(config, overrides, simulation.scene_errors)
+    paper, genes = shipped.best()
+
+    def errors(found: Config) -> list[str]:
+        return configuration.sense_errors(paper, found) + simulation.scene_errors(found)
+
+    config = configuration.changed(paper, overrides, errors)
     key = shipped.key(repeat=repeat)
     place = ", ".join([f"seed {key.seed}, repeat {key.repeat}", *overrides])
     shown = []
