@@ -305,8 +305,10 @@ WRONG = {
     "box: {pose: [0, 0, 1000]}": "box.pose[2]: expected a number from -100 to 100 [rad], got 1000",
     "box: [0.2, 0.3]": "box: expected a section (shape, size, mass, friction, feet, pose, velocity, start, "
     "start_region), got [0.2, 0.3]",
-    "noise: []": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got []",
-    "noise: off": "noise: expected a section (infrared, infrared_at_contact, wheels, rf), got false",
+    "noise: []": "noise: expected a section (infrared, infrared_at_contact, wheels, rf, "
+    "rf_bearing, range_and_bearing, ground, odometry, light), got []",
+    "noise: off": "noise: expected a section (infrared, infrared_at_contact, wheels, rf, "
+    "rf_bearing, range_and_bearing, ground, odometry, light), got false",
     "team: {robots: 0}": "team.robots: expected a whole number from 1 to 64, got 0",
     "team: {robots: 1000000000}": "team.robots: expected a whole number from 1 to 64, got 1000000000",
     "team: {robots: 5.0}": "team.robots: expected a whole number from 1 to 64, got 5.0",
@@ -322,9 +324,11 @@ WRONG = {
     "got -1",
     "sensors: {infrared_yaw_deg: []}": "sensors.infrared_yaw_deg: expected a list of 1 to 64 numbers from -360 to "
     "360 [deg], got []",
-    "robot: {sensors: [infrared, smell]}": "robot.sensors[1]: expected one of infrared, touch, rf, got 'smell'",
+    "robot: {sensors: [infrared, smell]}": "robot.sensors[1]: expected one of infrared, touch, rf, rf_bearing, "
+    "range_and_bearing, ground, odometry, movable_motion, light, got 'smell'",
     "robot: {sensors: [rf, infrared, rf]}": "robot.sensors: expected each device once, got rf twice",
-    "robot: {sensors: rf}": "robot.sensors: expected a list of one of infrared, touch, rf, got 'rf'",
+    "robot: {sensors: rf}": "robot.sensors: expected a list of one of infrared, touch, rf, rf_bearing, "
+    "range_and_bearing, ground, odometry, movable_motion, light, got 'rf'",
     "evolution: {seed: -1}": "evolution.seed: expected a whole number from 0 to 9223372036854775807, got -1",
     "evolution: {seed: 1.5}": "evolution.seed: expected a whole number from 0 to 9223372036854775807, got 1.5",
     "optimiser: {pde: {}, nsga2: {}}": "optimiser: expected one plugin by name, {name: {option: value}}, "
