@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarmevo.config import Config, Robot, changed, dump, load
+from swarmevo.config import Config, ConfigError, Robot, changed, dump, load
 from swarmevo.config.presets import PRESETS
 from swarmevo.protocols import FeedForward
 from swarmevo.simulation import EpisodeKey, Scene, simulate
@@ -53,5 +53,5 @@ def test_a_preset_in_python() -> None:
 
 
 def test_a_robot_that_nobody_knows_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"robot.preset: expected one of epuck, epuck_real, khepera_iv, thymio_ii"):
+    with pytest.raises(ConfigError, match=r"robot.preset: expected one of epuck, epuck_real, khepera_iv, thymio_ii"):
         load("paper", ["robot.preset=roomba"])
