@@ -56,7 +56,7 @@ PRESETS: Final[Mapping[str, Preset]] = {
             "infrared_curve": [[0.0, 4505.0], [0.14, 0.0]],
             "ground_position": [[0.072, 0.012], [0.072, -0.012]],
         },
-        "team": {"row_spacing": 0.14},
+        "team": {"row_spacing": 0.15},
     },
 }
 """By name, for each section of the configuration the keys that differ from their defaults."""
