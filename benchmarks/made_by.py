@@ -10,11 +10,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from examples.baselines import BASELINES
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError
 from swarmevo.plugins.team import load_config
 
-CONFIGS: Final = ("paper", "best", "shaped", "quick", "coverage", "localisation")
+CONFIGS: Final = ("paper", "best", "shaped", "quick", *BASELINES)
 """That come with swarmevo."""
 OPTIONS: Final = {"evolution.seed": "--seed", "evolution.trials": "--trials"}
 """Of ``swarmevo evolve``, for keys that have one."""

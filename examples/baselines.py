@@ -18,6 +18,9 @@ from swarmevo.protocols import Actor, FloatArray, SceneInfo
 LEFT_FRONT, RIGHT_FRONT = [5, 6, 7], [0, 1, 2]
 """Infrared rays of the default robot, from its left to its front and from its right (``sensors.infrared_yaw_deg``)."""
 
+TOUCH_SIDE = np.array([1.0, 1 / 3, -1 / 3, -1.0])
+"""Of the default robot's touch sensors: how far to its left, of the first's 45 degrees."""
+
 
 class Observed:
     """Readings by name: ``observed.infrared`` is ``(worlds, robots, rays)``."""
@@ -39,6 +42,12 @@ class Observed:
 def wheels(forward: FloatArray, turn: FloatArray) -> FloatArray:
     """Return commands that drive forward and turn to the left."""
     return np.clip(np.stack([forward - turn, forward + turn], axis=-1), -1, 1)
+
+
+def towards(ahead: FloatArray, left: FloatArray) -> FloatArray:
+    """Return commands that turn and drive to what is at a bearing, of which cosine and sine are given."""
+    turn = np.where(ahead > 0, 0.5 * left, np.where(left >= 0, 0.5, -0.5))
+    return wheels(np.maximum(ahead, 0.0), turn)
 
 
 class Explorer:
@@ -73,8 +82,72 @@ class Homer(Explorer):
         return np.where(is_heard[..., np.newaxis], homing, exploring)
 
 
+class Sectors(Explorer):
+    """Turns to where a device with sectors all round perceives something, and drives there; explores if it is nowhere.
+
+    Sectors are weighted by what they read, or, ``alike``, all in which there is something count as much.
+    """
+
+    def __init__(self, scene: SceneInfo, device: str, alike: bool) -> None:
+        super().__init__(scene)
+        self._device, self._alike = device, alike
+
+    def act(self, observations: FloatArray) -> FloatArray:
+        readings, exploring = Observed(self._scene, observations).all(self._device), super().act(observations)
+        bearings = 2 * np.pi / readings.shape[-1] * np.arange(readings.shape[-1])
+        weights = np.sign(readings) if self._alike else readings
+        ahead, left = (weights * np.cos(bearings)).sum(axis=-1), (weights * np.sin(bearings)).sum(axis=-1)
+        length = np.hypot(ahead, left)
+        is_somewhere = length > 1e-9
+        ahead, left = (np.divide(part, length, out=np.zeros_like(part), where=is_somewhere) for part in (ahead, left))
+        return np.where(is_somewhere[..., np.newaxis], towards(ahead, left), exploring)
+
+
+class Forager(Explorer):
+    """Explores; pushes home what it touches, and turns after it where it slips off; turns away where home is behind."""
+
+    def start(self, genomes: FloatArray) -> None:
+        super().start(genomes)
+        self._puck = np.zeros(genomes.shape[:2])  # where it was touched last: 1 on the left, -1 on the right
+        self._pushing, self._leaving = (np.zeros(genomes.shape[:2]) for _ in range(2))  # control steps to go on with it
+
+    def act(self, observations: FloatArray) -> FloatArray:
+        observed = Observed(self._scene, observations)
+        exploring, touch = super().act(observations), observed.all("touch")
+        count, left = touch.sum(axis=-1), observed["rf_bearing_sin"]
+        is_touching, is_behind = count > 0, observed["rf_bearing_cos"] < -0.5
+        self._puck = np.where(is_touching, (touch * TOUCH_SIDE).sum(axis=-1) / np.maximum(count, 1), self._puck)
+        self._pushing = np.where(is_behind, 0, np.where(is_touching, 11, np.maximum(self._pushing - 1, 0)))
+        self._leaving = np.where(is_behind & is_touching, 15, np.maximum(self._leaving - 1, 0))
+
+        # What is pushed off the middle goes to that side: so a puck on the left is one on its way to the left.
+        turn = 0.8 * self._puck - np.where(is_touching, 0.3 * left, 0.0)
+        pushing = wheels(np.full_like(turn, 0.7), turn)
+        leaving = wheels(np.full_like(turn, -0.3), np.full_like(turn, 0.6))
+        found = np.where((self._pushing > 0)[..., np.newaxis], pushing, exploring)
+        return np.where((self._leaving > 0)[..., np.newaxis], leaving, found)
+
+
+class Clearer(Explorer):
+    """Drives to the nearest beacon, past robots beside it; turns square to the box that it touches, and pushes on."""
+
+    def act(self, observations: FloatArray) -> FloatArray:
+        observed = Observed(self._scene, observations)
+        touch, infrared = observed.all("touch"), observed.all("infrared")
+        aside = infrared[..., RIGHT_FRONT].max(axis=-1) - infrared[..., LEFT_FRONT].max(axis=-1)
+        side = (touch * TOUCH_SIDE).sum(axis=-1)
+        homing = towards(observed["rf_bearing_cos"], observed["rf_bearing_sin"])
+        homing += 0.5 * aside[..., np.newaxis] * [-1, 1]
+        pushing = wheels(np.full_like(side, 0.7), 0.3 * side + 0.15 * aside)
+        return np.where((touch.max(axis=-1) > 0)[..., np.newaxis], pushing, homing)
+
+
 BASELINES: Final[Mapping[str, Callable[[SceneInfo], Actor]]] = {
+    "aggregation": lambda scene: Sectors(scene, "range_and_bearing", alike=True),
+    "clearing": Clearer,
     "coverage": Explorer,
+    "foraging": Forager,
     "localisation": Homer,
+    "phototaxis": lambda scene: Sectors(scene, "light", alike=False),
 }
 """For each task, by its configuration's name, its controller."""

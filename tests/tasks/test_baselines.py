@@ -17,8 +17,12 @@ from swarmevo.plugins.team import load_config
 
 EPISODES = 6
 LEAST = {
+    "aggregation": {"aggregation": (0.7, 0.55), "largest_cluster": (0.8, 0.5)},
+    "clearing": {"delivery": (0.85, 0.3), "transport": (0.9, 0.3)},
     "coverage": {"coverage": (0.7, 0.3)},
+    "foraging": {"delivery": (0.3, 0.1), "transport": (0.5, 0.25)},
     "localisation": {"box_pushing": (3.0, 1.5), "homing": (0.8, 0.6)},
+    "phototaxis": {"nearness": (0.9, 0.7)},
 }
 """For each task's objectives what the controller by hand has at least, and random genomes at most, in the mean."""
 
@@ -38,6 +42,11 @@ def test_the_baseline_scores_and_random_genomes_do_not(task: str) -> None:
     for name, (least, most) in LEAST[task].items():
         assert scores[0][name] >= least, name
         assert scores[1][name] <= most, name
+
+
+def test_a_box_needs_three_robots() -> None:
+    """Of four, two press on each of the boxes, and neither moves."""
+    assert not tasks.baseline(load_config("clearing", ["team.robots=4"]), "clearing", EPISODES, seed=7).any()
 
 
 def test_the_table_of_the_page_is_printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
