@@ -42,7 +42,7 @@ class Reading:
 
 
 READINGS: Final = (
-    Reading("paper", "`configs/paper.yaml` as it is"),
+    Reading("paper.yaml", "as it is"),
     Reading("repeats-1", "one episode an evaluation, not three", ("evolution.repeats=1",)),
     Reading("repeats-10", "ten episodes an evaluation", ("evolution.repeats=10",)),
     Reading(

@@ -65,7 +65,7 @@ def test_the_page_sorts_by_distance_and_tells_who_falls_and_what_is_not_finished
     assert "Nearest is falls" in shown
     assert "surely nearer than any other" in shown
     assert "It falls surely with falls (-65)." in shown
-    assert "| open | elsewhere | no | `c.d=2` |" in shown
+    assert "| open | elsewhere | `c.d=2` | not finished |" in shown
 
 
 def test_a_nearest_reading_that_may_be_chance_is_not_called_sure() -> None:
