@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -120,8 +120,9 @@ def _reasons(
         f"{100 * PAPER[2].push_rate:.0f} to {100 * PAPER[4].push_rate:.0f} %."
     )
     yield (
-        "- F1 rewards touching the box where the signal is strong, on any side of it. The box moves only while three "
-        "drive against it the same way. In the bests' tests, from when a first robot is home until the box is there:\n"
+        "- F1 rewards touching the box where the signal is strong, on any side, so a robot stays where it came to. "
+        "The box moves only while three drive against it the same way, and of five robots more often three are on the "
+        "face to be pushed. In the bests' tests, from when a first robot is home until the box is at the wall:\n"
     )
     shares = [
         [f"{robots} robots", *(f"{100 * share:.1f} %" for share in pressing(store, best, robots))] for robots in (3, 5)
@@ -187,7 +188,8 @@ def behaviours(store: Store, found: Assessment) -> Iterator[str]:
     yield table(["behaviour", "share of the robots in all tests", "clearest", "replay"], rows)
     yield (
         "Clearest is, of the last episodes that each controller of the fronts was judged by, the one in which most "
-        "robots show it; of equal ones that of the highest F1. A replay is compared with the stored episode.\n"
+        "robots show it, of equal ones that of the highest F1; if none does, of the last generation's first episodes. "
+        "A replay is compared with the stored episode.\n"
     )
     if pictures:
         labels, shown = zip(*pictures, strict=True)
@@ -204,16 +206,29 @@ def _told(store: Store, example: Example | None) -> list[str]:
 
 
 def clearest(store: Store) -> dict[str, Example]:
-    """Return for each behaviour the episode in which most robots show it; none, if no robot does."""
+    """Return for each behaviour the episode in which most robots show it; none, if no robot does.
+
+    Of the last episodes of the fronts' controllers; if none shows it, of the last generations' first episodes.
+    """
+    config = store.config.evolution
     found: dict[str, Example] = {}
     for trial in store.trials():
         for point in fronts.front(store, trial):
-            for repeat in range(store.config.evolution.repeats):
-                chosen = replays.choose(store, point.genome, point.last_generation, repeat)
-                recording, _ = replays.replay(store, chosen)
-                shares = census.census(recording.config, recording.telemetry)
-                for label, share in shares.items():
-                    example = Example(share, float(recording.values[0, 0]), chosen, recording)
-                    if share > 0 and (label not in found or example[:2] > found[label][:2]):
-                        found[label] = example
+            for repeat in range(config.repeats):
+                _look(store, replays.choose(store, point.genome, point.last_generation, repeat), found, census.LABELS)
+    missing = [label for label in census.LABELS if label not in found]
+    for trial in store.trials() if missing else ():
+        last = store.generations(trial) - 1
+        for genome in store.genome_ids(trial, last).tolist():
+            _look(store, replays.choose(store, genome, last), found, missing)
     return found
+
+
+def _look(store: Store, chosen: replays.Chosen, found: dict[str, Example], labels: Iterable[str]) -> None:
+    """Keep an episode for those behaviours that it shows more clearly than what was found before."""
+    recording, _ = replays.replay(store, chosen)
+    shares = census.census(recording.config, recording.telemetry)
+    for label in labels:
+        example = Example(shares[label], float(recording.values[0, 0]), chosen, recording)
+        if shares[label] > 0 and (label not in found or example[:2] > found[label][:2]):
+            found[label] = example
