@@ -122,7 +122,7 @@ def _parts(readings: Sequence[Found], meanings: Mapping[str, tuple[str, Sequence
     yield (
         f"Each reading is `configs/paper.yaml` but for the keys named, evolved with F1 and PDE as the paper has them: "
         f"{first.budget}. What comes out is tested in the reading's own world on fresh seeds, each controller "
-        f"{first.tests} times with each team. {len(readings)} of {len(meanings)} readings are finished; which, and with "
+        f"{first.tests} times with each team. {len(readings)} of {len(meanings)} readings are finished; which, with "
         "how many trials, is in the last table. They are screened, no more: a whole run has 9,000 episodes a trial.\n"
     )
     yield (
