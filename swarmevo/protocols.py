@@ -314,6 +314,56 @@ class FeedForward:
 
 
 @dataclass(frozen=True)
+class Linear:
+    """Networks without hidden units, run by the library: each entry of a command is a weighted sum of an observation.
+
+    ``bias`` is 1 if there is a constant input, else 0.
+    """
+
+    input_output: FloatArray
+    """``(n, commands, observations + bias)``"""
+    bias: bool = True
+    activation: Literal["identity", "tanh", "logistic"] = "identity"
+    """Of the sums; whatever it is, the library clips commands to [-1, 1]."""
+
+    def __len__(self) -> int:
+        return len(self.input_output)
+
+
+Recurrence: TypeAlias = Literal["elman", "jordan", "ctrnn"]
+Integration: TypeAlias = Literal["exponential", "euler"]
+
+
+@dataclass(frozen=True)
+class Recurrent:
+    """Networks with one hidden layer and a memory, run by the library. ``n`` networks of up to ``h`` hidden units.
+
+    Hidden units hear the observation and the context, which is zero when an episode starts: the hidden units a control
+    step ago (``elman``), the outputs a control step ago (``jordan``), or the hidden units of now, which are leaky
+    integrators (``ctrnn``). ``bias`` is 1 if hidden and output units have a constant input, else 0.
+    """
+
+    recurrence: Recurrence
+    input_hidden: FloatArray
+    """``(n, h, observations + bias)``"""
+    context_hidden: FloatArray
+    """``(n, h, context)``; a context of ``h``, of ``jordan`` of the size of a command"""
+    hidden_output: FloatArray
+    """``(n, commands, h + bias)``"""
+    hidden_switch: BoolArray
+    """``(n, h)``: booleans"""
+    time_constants: FloatArray | None = None
+    """``(n, h)``: of ``ctrnn`` [s]; of the others None"""
+    integration: Integration = "exponential"
+    """Of ``ctrnn``, by one step in each control period. With ``euler`` no time constant may be shorter than that."""
+    bias: bool = True
+    activation: Activation = "tanh"
+
+    def __len__(self) -> int:
+        return len(self.input_hidden)
+
+
+@dataclass(frozen=True)
 class Compiled:
     """A plugin's own compiled function: ``swe_policy_function`` of ``swarmevo.h``.
 
@@ -337,7 +387,7 @@ class Compiled:
         return len(self.parameters)
 
 
-NativePolicies: TypeAlias = FeedForward | Compiled
+NativePolicies: TypeAlias = FeedForward | Linear | Recurrent | Compiled
 
 
 # ---- the three protocols ---------------------------------------------------------------------------------------------

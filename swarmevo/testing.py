@@ -17,8 +17,8 @@ from __future__ import annotations
 import json
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar, get_args
+from dataclasses import fields, replace
+from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
@@ -26,20 +26,20 @@ from swarmevo import config, returned
 from swarmevo.config import Config, Episode, Team
 from swarmevo.protocols import (
     CHANNELS,
-    Activation,
     AnsweringOptimiser,
     Block,
     Channel,
     Compiled,
     Controller,
-    FeedForward,
     Fitness,
     FloatArray,
     GenomeSpace,
+    Linear,
     NativeController,
     NativePolicies,
     Optimiser,
     PythonController,
+    Recurrent,
     SceneInfo,
     StartableOptimiser,
     Telemetry,
@@ -376,20 +376,28 @@ def _require_sound_policies(policies: NativePolicies, scene: SceneInfo) -> None:
         _require(policies.memory >= 0, f"policies: expected memory of at least 0 doubles, got {policies.memory}")
         _require_array("policies: parameters", policies.parameters, (len(policies), None))
         return
+    known = get_args(get_type_hints(type(policies))["activation"])
+    _require(policies.activation in known, f"policies: expected {' or '.join(known)}, got {policies.activation!r}")
+    inputs = scene.observations + policies.bias
+    if isinstance(policies, Linear):
+        _require_array("policies: input_output", policies.input_output, (len(policies), scene.commands, inputs))
+        return
     n, hidden = policies.hidden_switch.shape
     _require(policies.hidden_switch.dtype == np.bool_, "policies: hidden_switch: expected booleans")
-    known = get_args(Activation)
-    _require(policies.activation in known, f"policies: expected {' or '.join(known)}, got {policies.activation!r}")
-    _require_array("policies: input_hidden", policies.input_hidden, (n, hidden, scene.observations + policies.bias))
+    _require_array("policies: input_hidden", policies.input_hidden, (n, hidden, inputs))
     _require_array("policies: hidden_output", policies.hidden_output, (n, scene.commands, hidden + policies.bias))
+    if isinstance(policies, Recurrent):
+        context = scene.commands if policies.recurrence == "jordan" else hidden
+        _require_array("policies: context_hidden", policies.context_hidden, (n, hidden, context))
+        if policies.recurrence == "ctrnn":
+            _require_array("policies: time_constants", policies.time_constants, (n, hidden))
 
 
 def _parameters(policies: NativePolicies) -> FloatArray:
     """Return all numbers of each policy, ``(n, numbers)``."""
-    if isinstance(policies, FeedForward):
-        arrays = (policies.input_hidden, policies.hidden_output, policies.hidden_switch.astype(np.float64))
-        return np.concatenate([array.reshape(len(policies), -1) for array in arrays], axis=1)
-    return policies.parameters
+    members = (getattr(policies, member.name) for member in fields(policies))
+    arrays = [member.reshape(len(policies), -1) for member in members if isinstance(member, np.ndarray)]
+    return np.concatenate([array.astype(np.float64) for array in arrays], axis=1)
 
 
 # ---- fitness ---------------------------------------------------------------------------------------------------------

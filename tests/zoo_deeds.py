@@ -82,7 +82,13 @@ class Sulky(dict[str, Any]):
 RETURNED: list[tuple[str, str, str, Deed, str]] = [
     ("nothing", "zoo_network", "space", lambda sound: None, "expected a GenomeSpace, got NoneType"),
     ("no genes", "zoo_network", "space", lambda sound: GenomeSpace(()), ""),
-    ("nothing", "zoo_network", "policies", lambda sound: None, "expected FeedForward or Compiled, got NoneType"),
+    (
+        "nothing",
+        "zoo_network",
+        "policies",
+        lambda sound: None,
+        "expected FeedForward, Linear, Recurrent or Compiled, got NoneType",
+    ),
     ("too few", "zoo_network", "policies", too_few, "expected 1 policies, got 0"),
     ("nothing", "zoo_network", "complexity", lambda sound: None, "expected"),
     ("text", "zoo_network", "complexity", lambda sound: "many", "expected an array of numbers, got str"),

@@ -27,7 +27,7 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 5
+#define SWE_ABI_VERSION 6
 
 #define SWE_MAX_ROBOTS 64
 #define SWE_MAX_DEVICES 16 /* in a robot's list of sensors */
@@ -65,8 +65,9 @@ uint32_t swe_abi_version(void);
 const char* swe_build_info(void);
 
 /* Sizes in bytes of swe_scene_config, swe_network_config, swe_policy, swe_episode, swe_outcome, swe_channel_info,
- * swe_channel, in this order: a caller compiled against another header finds out before anything goes wrong. */
-#define SWE_LAYOUT_SIZES 7
+ * swe_channel, swe_linear_config, swe_recurrent_config, in this order: a caller compiled against another header finds
+ * out before anything goes wrong. */
+#define SWE_LAYOUT_SIZES 9
 void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]);
 
 /* Provokes an assertion inside ODE. A sound library returns SWE_PHYSICS_ERROR; nothing else is touched. */
@@ -337,6 +338,59 @@ void swe_networks_destroy(swe_networks* networks);
 
 /* Writes n policies, valid as long as `networks` lives. */
 swe_status swe_networks_policies(swe_policy* policies, size_t capacity, const swe_networks* networks);
+
+/* Networks of other kinds are swe_networks, too: swe_networks_destroy and swe_networks_policies take them. */
+
+#define SWE_ACTIVATION_IDENTITY 3 /* of swe_linear_config alone */
+
+typedef struct swe_linear_config {
+    uint32_t struct_size;
+    int32_t bias;          /* 1: a constant input; 0: none */
+    int32_t activation;    /* SWE_ACTIVATION_* */
+    uint32_t observations; /* of the scenes that they are for: 0 to 1024 */
+    uint32_t commands;     /* likewise: 1 to 1024 */
+} swe_linear_config;
+
+void swe_linear_config_init(swe_linear_config* config);
+
+/* Copies n networks without hidden units.
+ *   input_output  (n, commands, observations + bias)
+ */
+swe_status swe_linear_create(swe_networks** networks, const swe_linear_config* config, size_t n,
+                             const double* input_output);
+
+typedef struct swe_recurrent_config {
+    uint32_t struct_size;
+    uint32_t hidden;       /* units in a genome, on or off: 0 to 1024 */
+    int32_t bias;          /* 1: a constant input to hidden and output units; 0: none */
+    int32_t activation;    /* SWE_ACTIVATION_TANH or SWE_ACTIVATION_LOGISTIC */
+    uint32_t observations; /* of the scenes that they are for: 0 to 1024 */
+    uint32_t commands;     /* likewise: 1 to 1024 */
+    int32_t recurrence;    /* SWE_RECURRENCE_* */
+    int32_t integration;   /* SWE_INTEGRATION_*; read by SWE_RECURRENCE_CTRNN alone, as is the next */
+    double control_period; /* [s] */
+} swe_recurrent_config;
+
+/* What hidden units hear besides the observation: the context, zero when the episode starts. */
+#define SWE_RECURRENCE_ELMAN 1  /* the hidden units a control step ago */
+#define SWE_RECURRENCE_JORDAN 2 /* the command a control step ago */
+#define SWE_RECURRENCE_CTRNN 3  /* the hidden units, which are leaky integrators: tau dy/dt = -y + what they hear */
+
+#define SWE_INTEGRATION_EXPONENTIAL 1 /* exact while what a unit hears stands still */
+#define SWE_INTEGRATION_EULER 2       /* a step of Euler's; no time constant may be shorter than the control period */
+
+void swe_recurrent_config_init(swe_recurrent_config* config);
+
+/* Copies n networks with one hidden layer and a memory.
+ *   input_hidden    (n, hidden, observations + bias)
+ *   context_hidden  (n, hidden, context); the context is as large as hidden, or commands: SWE_RECURRENCE_JORDAN
+ *   hidden_output   (n, commands, hidden + bias)
+ *   time_constants  (n, hidden) [s]; read by SWE_RECURRENCE_CTRNN alone, else NULL is fine
+ *   hidden_switch   (n, hidden): 0 is off
+ */
+swe_status swe_recurrent_create(swe_networks** networks, const swe_recurrent_config* config, size_t n,
+                                const double* input_hidden, const double* context_hidden, const double* hidden_output,
+                                const double* time_constants, const uint8_t* hidden_switch);
 
 /* ---- episodes ---- */
 

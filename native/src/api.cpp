@@ -4,10 +4,13 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <variant>
 
 #include "batch.hpp"
 #include "channels.hpp"
 #include "error.hpp"
+#include "networks/linear.hpp"
+#include "networks/recurrent.hpp"
 #include "policy.hpp"
 #include "scene/scene.hpp"
 #include "swarmevo.h"
@@ -19,7 +22,7 @@ struct swe_scene {
     std::shared_ptr<const Scene> scene;
 };
 struct swe_networks {
-    Networks networks;
+    std::variant<Networks, LinearNetworks, RecurrentNetworks> networks;
 };
 struct swe_batch {
     Batch batch;
@@ -163,8 +166,9 @@ const char* swe_build_info(void) {
 
 void swe_abi_layout(uint32_t sizes[SWE_LAYOUT_SIZES]) {
     const std::size_t all[SWE_LAYOUT_SIZES] = {
-        sizeof(swe_scene_config), sizeof(swe_network_config), sizeof(swe_policy), sizeof(swe_episode),
-        sizeof(swe_outcome),      sizeof(swe_channel_info),   sizeof(swe_channel)};
+        sizeof(swe_scene_config), sizeof(swe_network_config), sizeof(swe_policy),
+        sizeof(swe_episode),      sizeof(swe_outcome),        sizeof(swe_channel_info),
+        sizeof(swe_channel),      sizeof(swe_linear_config),  sizeof(swe_recurrent_config)};
     for (int i = 0; i < SWE_LAYOUT_SIZES; ++i) sizes[i] = static_cast<std::uint32_t>(all[i]);
 }
 
@@ -234,8 +238,46 @@ swe_status swe_networks_policies(swe_policy* policies, size_t capacity, const sw
     return guarded([&] {
         require(policies, "policies");
         require(networks, "networks");
-        require_length(capacity, networks->networks.size(), "policies");
-        for (std::size_t i = 0; i < capacity; ++i) policies[i] = networks->networks.policy(i);
+        std::visit(
+            [&](const auto& all) {
+                require_length(capacity, all.size(), "policies");
+                for (std::size_t i = 0; i < capacity; ++i) policies[i] = all.policy(i);
+            },
+            networks->networks);
+    });
+}
+
+void swe_linear_config_init(swe_linear_config* config) {
+    unset(config);
+}
+
+swe_status swe_linear_create(swe_networks** networks, const swe_linear_config* config, size_t n,
+                             const double* input_output) {
+    return guarded([&] {
+        require(networks, "networks");
+        require(config, "config");
+        require(input_output, "input_output");
+        *networks = new swe_networks{LinearNetworks(*config, n, input_output)};
+    });
+}
+
+void swe_recurrent_config_init(swe_recurrent_config* config) {
+    unset(config);
+}
+
+swe_status swe_recurrent_create(swe_networks** networks, const swe_recurrent_config* config, size_t n,
+                                const double* input_hidden, const double* context_hidden, const double* hidden_output,
+                                const double* time_constants, const uint8_t* hidden_switch) {
+    return guarded([&] {
+        require(networks, "networks");
+        require(config, "config");
+        require(input_hidden, "input_hidden");
+        require(context_hidden, "context_hidden");
+        require(hidden_output, "hidden_output");
+        if (config->recurrence == SWE_RECURRENCE_CTRNN) require(time_constants, "time_constants");
+        require(hidden_switch, "hidden_switch");
+        *networks = new swe_networks{
+            RecurrentNetworks(*config, n, input_hidden, context_hidden, hidden_output, time_constants, hidden_switch)};
     });
 }
 

@@ -5,16 +5,12 @@
 #include <string>
 
 #include "error.hpp"
+#include "networks/layer.hpp"
 
 namespace swarmevo {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Hidden = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxHidden, 1>;  // on the stack
-
-double logistic(double x) {
-    return 1 / (1 + std::exp(-x));
-}
 
 // swe_policy_function of a Network.
 void act(const void* parameters, const double* observation, double*, double* command) {
@@ -48,14 +44,6 @@ void check(const swe_network_config& config) {
         throw Error(SWE_INVALID_ARGUMENT, "network.bias: expected 0 or 1, got " + std::to_string(config.bias));
     if (config.activation < SWE_ACTIVATION_TANH || config.activation > SWE_ACTIVATION_LOGISTIC)
         throw Error(SWE_INVALID_ARGUMENT, "network.activation: not set, or not one of SWE_ACTIVATION_*");
-}
-
-void check_finite(const double* weights, std::size_t n, std::size_t size, const char* name) {
-    for (std::size_t i = 0; i < n * size; ++i)
-        if (!std::isfinite(weights[i]))
-            throw Error(SWE_INVALID_ARGUMENT, std::string(name) + ": expected finite weights, got " +
-                                                  std::to_string(weights[i]) + " in network " +
-                                                  std::to_string(i / size));
 }
 
 // Keeps the hidden units that are on. Weights of one network; the last column of each is the bias if there is one.

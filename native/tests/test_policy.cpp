@@ -5,21 +5,12 @@
 #include <vector>
 
 #include "error.hpp"
+#include "networks/numbers.hpp"
 #include "policy.hpp"
-#include "rng.hpp"
 
 using namespace swarmevo;
 
 namespace {
-
-std::vector<double> random_numbers(std::size_t n, unsigned stream) {
-    std::vector<double> numbers;
-    for (unsigned i = 0; i < n; ++i) {
-        const auto words = draw({stream, 0, 0, 0}, Purpose::start, 0, i);
-        numbers.push_back(normal(words[0], words[1]));
-    }
-    return numbers;
-}
 
 swe_network_config config_of(unsigned hidden, int bias, int activation) {
     return {sizeof(swe_network_config), hidden, bias, activation, 13, 2};

@@ -20,7 +20,6 @@ from swarmevo.protocols import (
     Compiled,
     Controller,
     ExplainedFitness,
-    FeedForward,
     Fitness,
     FloatArray,
     GenomeSpace,
@@ -60,9 +59,10 @@ class CheckedController:
 
     def _policies(self, genomes: FloatArray) -> NativePolicies:
         policies = _call(self.title, "policies", self.made.policies, genomes)
-        if not isinstance(policies, FeedForward | Compiled):
+        if not isinstance(policies, NativePolicies):
             raise EvaluationError(
-                f"{self.title}: policies: expected FeedForward or Compiled, got {type(policies).__name__}"
+                f"{self.title}: policies: expected FeedForward, Linear, Recurrent or Compiled, got "
+                f"{type(policies).__name__}"
             )
         try:
             simulation.check_policies(policies, self.info)
@@ -238,13 +238,11 @@ def check_together(objectives: Sequence[Objective]) -> None:
 def _one(parts: Sequence[NativePolicies]) -> NativePolicies:
     """Return the policies of all ``parts``, which one controller made."""
     first = parts[0]
-    if isinstance(first, FeedForward):
-        networks = [part for part in parts if isinstance(part, FeedForward)]
-        return dataclasses.replace(
-            first,
-            input_hidden=np.concatenate([part.input_hidden for part in networks]),
-            hidden_output=np.concatenate([part.hidden_output for part in networks]),
-            hidden_switch=np.concatenate([part.hidden_switch for part in networks]),
-        )
-    parameters = np.concatenate([part.parameters for part in parts if isinstance(part, Compiled)])
-    return dataclasses.replace(first, parameters=parameters, keep_alive=tuple(parts))
+    changes: dict[str, Any] = {
+        member.name: np.concatenate([getattr(part, member.name) for part in parts])
+        for member in dataclasses.fields(first)
+        if isinstance(getattr(first, member.name), np.ndarray)
+    }
+    if isinstance(first, Compiled):
+        changes["keep_alive"] = tuple(parts)
+    return dataclasses.replace(first, **changes)

@@ -33,6 +33,8 @@ _STRUCTS = (  # in the order of swe_abi_layout
     "outcome",
     "channel_info",
     "channel",
+    "linear_config",
+    "recurrent_config",
 )
 _CFFI_PART = re.compile(r"/\* \[cffi begins\].*?\*/(.*)/\* \[cffi ends\] \*/", re.DOTALL)
 

@@ -3,13 +3,23 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarmevo import returned
 from swarmevo.errors import InvalidArgument
-from swarmevo.protocols import Activation, Compiled, FeedForward, NativePolicies, SceneInfo
+from swarmevo.protocols import (
+    Compiled,
+    FeedForward,
+    Linear,
+    NativePolicies,
+    Recurrent,
+    SceneInfo,
+)
 from swarmevo.simulation._ffi import check, load
 
 
@@ -23,24 +33,60 @@ def check_policies(policies: NativePolicies, info: SceneInfo) -> None:
     Raises:
         InvalidArgument: A member has another type or shape, or is not finite.
     """
-    if isinstance(policies, FeedForward):
-        _check_networks(policies, info)
-    else:
+    if isinstance(policies, Compiled):
         _check_compiled(policies)
-
-
-def _check_networks(policies: FeedForward, info: SceneInfo) -> None:
-    switch = policies.hidden_switch
-    if not isinstance(switch, np.ndarray) or switch.dtype != np.bool_ or switch.ndim != 2:
-        raise InvalidArgument(f"hidden_switch: expected booleans of shape (n, hidden), got {_kind(switch)}")
+        return
     if not isinstance(policies.bias, bool | np.bool_):
         raise InvalidArgument(f"bias: expected True or False, got {policies.bias!r}")
-    if policies.activation not in get_args(Activation):
-        raise InvalidArgument(f"activation: expected tanh or logistic, got {policies.activation!r}")
+    _check_choice(policies, "activation")
+    if isinstance(policies, FeedForward):
+        _check_feedforward(policies, info)
+    elif isinstance(policies, Linear):
+        shape = len(policies), info.commands, info.observations + int(policies.bias)
+        _check_numbers("input_output", policies.input_output, shape)
+    else:
+        _check_recurrent(policies, info)
+
+
+def _check_choice(policies: NativePolicies, name: str) -> None:
+    """Refuse a member that is not among the texts of its annotation."""
+    kind: type = type(policies)
+    value, choices = getattr(policies, name), _choices(kind, name)
+    if not isinstance(value, str) or value not in choices:
+        raise InvalidArgument(f"{name}: expected {', '.join(choices[:-1])} or {choices[-1]}, got {value!r}")
+
+
+@cache
+def _choices(kind: type, member: str) -> tuple[str, ...]:
+    return get_args(get_type_hints(kind)[member])
+
+
+def _check_switch(switch: object) -> tuple[int, int]:
+    """Return how many networks there are, and of how many hidden units."""
+    if not isinstance(switch, np.ndarray) or switch.dtype != np.bool_ or switch.ndim != 2:
+        raise InvalidArgument(f"hidden_switch: expected booleans of shape (n, hidden), got {_kind(switch)}")
     n, hidden = switch.shape
-    bias = int(policies.bias)
+    return n, hidden
+
+
+def _check_feedforward(policies: FeedForward, info: SceneInfo) -> None:
+    (n, hidden), bias = _check_switch(policies.hidden_switch), int(policies.bias)
     _check_numbers("input_hidden", policies.input_hidden, (n, hidden, info.observations + bias))
     _check_numbers("hidden_output", policies.hidden_output, (n, info.commands, hidden + bias))
+
+
+def _check_recurrent(policies: Recurrent, info: SceneInfo) -> None:
+    (n, hidden), bias = _check_switch(policies.hidden_switch), int(policies.bias)
+    _check_choice(policies, "recurrence")
+    _check_choice(policies, "integration")
+    context = info.commands if policies.recurrence == "jordan" else hidden
+    _check_numbers("input_hidden", policies.input_hidden, (n, hidden, info.observations + bias))
+    _check_numbers("context_hidden", policies.context_hidden, (n, hidden, context))
+    _check_numbers("hidden_output", policies.hidden_output, (n, info.commands, hidden + bias))
+    if policies.recurrence == "ctrnn":
+        _check_numbers("time_constants", policies.time_constants, (n, hidden))
+    elif policies.time_constants is not None:
+        raise InvalidArgument(f"time_constants: expected None for {policies.recurrence}; only ctrnn has them")
 
 
 def _check_compiled(policies: Compiled) -> None:
@@ -74,30 +120,77 @@ def _kind(value: object) -> str:
 
 
 def _feedforward_handles(policies: FeedForward) -> tuple[Any, list[Any]]:
-    ffi, lib = load()
-    n, hidden = policies.hidden_switch.shape
-    bias = int(policies.bias)
-    config = ffi.new("swe_network_config *")
-    lib.swe_network_config_init(config)
-    config.hidden, config.bias = hidden, bias
-    config.observations, config.commands = policies.input_hidden.shape[2] - bias, policies.hidden_output.shape[1]
-    config.activation = getattr(lib, f"SWE_ACTIVATION_{policies.activation}".upper())
-    arrays = [
-        np.ascontiguousarray(policies.input_hidden, dtype=np.float64),
-        np.ascontiguousarray(policies.hidden_output, dtype=np.float64),
-        np.ascontiguousarray(policies.hidden_switch, dtype=np.uint8),
-    ]
-    handle = ffi.new("swe_networks **")
-    check(
-        lib.swe_networks_create(
-            handle,
-            config,
-            n,
-            ffi.from_buffer("double[]", arrays[0]),
-            ffi.from_buffer("double[]", arrays[1]),
-            ffi.from_buffer("uint8_t[]", arrays[2]),
-        )
+    _, lib = load()
+    config = _filled(
+        "network",
+        observations=policies.input_hidden.shape[2] - int(policies.bias),
+        commands=policies.hidden_output.shape[1],
+        hidden=policies.hidden_switch.shape[1],
+        bias=policies.bias,
+        activation=policies.activation,
     )
+    arrays = (policies.input_hidden, policies.hidden_output, policies.hidden_switch)
+    return _network_handles(lib.swe_networks_create, config, len(policies), arrays)
+
+
+def _linear_handles(policies: Linear) -> tuple[Any, list[Any]]:
+    _, lib = load()
+    _, commands, inputs = policies.input_output.shape
+    config = _filled(
+        "linear",
+        observations=inputs - int(policies.bias),
+        commands=commands,
+        bias=policies.bias,
+        activation=policies.activation,
+    )
+    return _network_handles(lib.swe_linear_create, config, len(policies), (policies.input_output,))
+
+
+def _recurrent_handles(policies: Recurrent, control_period: float) -> tuple[Any, list[Any]]:
+    _, lib = load()
+    config = _filled(
+        "recurrent",
+        observations=policies.input_hidden.shape[2] - int(policies.bias),
+        commands=policies.hidden_output.shape[1],
+        hidden=policies.hidden_switch.shape[1],
+        bias=policies.bias,
+        activation=policies.activation,
+        recurrence=policies.recurrence,
+        integration=policies.integration,
+        control_period=control_period,
+    )
+    arrays = (
+        policies.input_hidden,
+        policies.context_hidden,
+        policies.hidden_output,
+        policies.time_constants,
+        policies.hidden_switch,
+    )
+    return _network_handles(lib.swe_recurrent_create, config, len(policies), arrays)
+
+
+def _filled(name: str, **members: object) -> Any:
+    """Return a ``swe_<name>_config *`` with these members; choices become their constants."""
+    ffi, lib = load()
+    config = ffi.new(f"swe_{name}_config *")
+    getattr(lib, f"swe_{name}_config_init")(config)
+    for key, value in members.items():
+        setattr(config, key, getattr(lib, f"SWE_{key}_{value}".upper()) if isinstance(value, str) else value)
+    return config
+
+
+def _network_handles(create: Any, config: Any, n: int, arrays: Sequence[NDArray[Any] | None]) -> tuple[Any, list[Any]]:
+    """Return the policies of ``n`` networks that ``create`` makes of arrays of numbers and of switches."""
+    ffi, lib = load()
+    handle, given = ffi.new("swe_networks **"), []
+    for array in arrays:
+        if array is None:
+            given.append(ffi.NULL)
+            continue
+        is_switch = array.dtype == np.bool_
+        rows = np.ascontiguousarray(array, dtype=np.uint8 if is_switch else np.float64)
+        given.append(ffi.from_buffer("uint8_t[]" if is_switch else "double[]", rows))
+    check(create(handle, config, n, *given))
     networks = ffi.gc(handle[0], lib.swe_networks_destroy)
     native = ffi.new("swe_policy[]", n)
     check(lib.swe_networks_policies(native, n, networks))
@@ -126,4 +219,8 @@ def native_policies(policies: NativePolicies, info: SceneInfo) -> tuple[Any, lis
     check_policies(policies, info)
     if isinstance(policies, FeedForward):
         return _feedforward_handles(policies)
+    if isinstance(policies, Linear):
+        return _linear_handles(policies)
+    if isinstance(policies, Recurrent):
+        return _recurrent_handles(policies, info.control_period)
     return _compiled_handles(policies)

@@ -480,7 +480,7 @@ def test_a_fitness_that_fails_is_named(fault: str, told: str) -> None:
     [
         ("raises", "policies raised KeyError"),
         ("count", "policies: expected 1 policies, got 0"),
-        ("type", "policies: expected FeedForward or Compiled, got str"),
+        ("type", "policies: expected FeedForward, Linear, Recurrent or Compiled, got str"),
         ("nan", "its policies were refused"),
     ],
 )
