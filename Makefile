@@ -30,6 +30,8 @@ FUZZ_SECONDS ?= 20
 # 0: another one each time.
 FUZZ_SEED ?= 0
 
+# Packages of plugins that come with swarmevo.
+BUILT_IN := plugins/swarmevo_controllers plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks
 # A distribution of its own, which is installed beside swarmevo.
 RIVALS := plugins/swarmevo_rivals
 
@@ -71,7 +73,7 @@ lint: $(call needs,lint) build/system-lint
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/deptry swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks
+	$(BIN)/deptry swarmevo $(BUILT_IN)
 	cd $(RIVALS) && ../../$(BIN)/deptry src
 	clang-format --dry-run --Werror $(CPP_FILES)
 
@@ -162,5 +164,5 @@ $(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/pytho
 
 build/python-files: FORCE
 	@mkdir -p build
-	@find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks $(RIVALS) -name '*.py' | sort | cmp -s - $@ || \
-	  find swarmevo plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks $(RIVALS) -name '*.py' | sort >$@
+	@find swarmevo $(BUILT_IN) $(RIVALS) -name '*.py' | sort | cmp -s - $@ || \
+	  find swarmevo $(BUILT_IN) $(RIVALS) -name '*.py' | sort >$@

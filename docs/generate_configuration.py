@@ -242,6 +242,8 @@ def _choices(annotation: Any) -> str:
         return ", ".join(f"`{choice}`" for choice in inside)
     if typing.get_origin(annotation) is list:
         return f"list of {_choices(inside[0])}s"
+    if typing.get_origin(annotation) is tuple:
+        return f"list of {len(inside)} {_choices(inside[0])}s"
     if inside:
         return " or ".join(map(_choices, inside))
     words = {float: "number", int: "whole number", bool: "`true`, `false`", type(None): "nothing"}

@@ -23,7 +23,7 @@ from swarmevo.plugins.checked import (
     check_together,
 )
 from swarmevo.plugins.registry import individual_space, option_errors, settled_options
-from swarmevo.protocols import FeedForward, FloatArray, GenomeSpace, Objective, Telemetry
+from swarmevo.protocols import FeedForward, FloatArray, GenomeSpace, NativePolicies, Objective, Telemetry
 from swarmevo.simulation import EpisodeKey, Episodes
 
 
@@ -214,11 +214,13 @@ class Team:
         self.check(genomes)
         return self._judged.complexity(genomes)
 
+    def policies(self, genome: FloatArray) -> NativePolicies | None:
+        """Return an individual's policies, one, or one for each robot; None: its controller is written in Python."""
+        return self._controller.policies(self.robot_genomes(genome[np.newaxis])) if self.is_native else None
+
     def networks(self, genome: FloatArray) -> FeedForward | None:
         """Return an individual's networks, one, or one for each robot; None: its controller is something else."""
-        if not self.is_native:
-            return None
-        made = self._controller.policies(self.robot_genomes(genome[np.newaxis]))
+        made = self.policies(genome)
         return made if isinstance(made, FeedForward) else None
 
     def _alone(self, done: Episodes, i: int, channels: Sequence[str]) -> Telemetry:

@@ -5,10 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
-import string
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from importlib.resources import files
 from typing import Any, Final, Literal, TextIO
 
 import numpy as np
@@ -19,7 +16,9 @@ from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column
 from swarmevo.plugins.team import Team
 from swarmevo.printable import printable
-from swarmevo.protocols import FeedForward, FloatArray, Objective
+from swarmevo.protocols import FloatArray, Objective
+from swarmevo.runs.networks import Network, as_c, literal, plain, template
+from swarmevo.runs.networks import networks as native_networks
 from swarmevo.runs.store import Store
 
 FORMAT: Final = 1
@@ -157,21 +156,6 @@ def _write_rows(out: TextIO, name: str, rows: Iterator[Sequence[Any]]) -> None:
 # ---- a controller ----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Network:
-    """A feed-forward network without the hidden units that are off; h hidden units."""
-
-    activation: str
-    input_hidden: FloatArray
-    """``(h, observations)``"""
-    hidden_bias: FloatArray
-    """``(h,)``"""
-    hidden_output: FloatArray
-    """``(h, commands)``"""
-    output_bias: FloatArray
-    """``(commands,)``"""
-
-
 def controller(store: Store, genome: int) -> dict[str, Any]:
     """Return all there is to know about a controller, as plain data.
 
@@ -195,7 +179,7 @@ def controller(store: Store, genome: int) -> dict[str, Any]:
         "controller": config.controller,
         "genes": genes.tolist(),
         "blocks": {name: block.tolist() for name, block in team.space.split(genes).items()},
-        "networks": [_plain(network) for network in networks(team, genes)],
+        "networks": [plain(network) for network in networks(team, genes)],
         "observations": team.scene.info.observation_names,
         "commands": team.scene.info.command_names,
         "scales": _scales(config),
@@ -208,8 +192,7 @@ def networks(team: Team, genes: FloatArray) -> list[Network]:
     Raises:
         EvaluationError: The controller plugin failed.
     """
-    found = team.networks(genes)
-    return [] if found is None else list(_networks(found))
+    return native_networks(team.policies(genes), team.scene.info.control_period)
 
 
 def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
@@ -222,14 +205,17 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
         robot: Whose, where each robot has a genome of its own.
 
     Raises:
-        ExportError: The controller is no feed-forward network, or there is no such robot.
+        ExportError: The controller is no network of the library, or there is no such robot.
         PluginError: The controller plugin cannot be made.
         StoreError: There is no such genome.
     """
     config = store.config
     found = networks(Team(config), store.genome(genome))
     if not found:
-        raise ExportError(f"controller {next(iter(config.controller))}: expected a feed-forward network to write as C")
+        name = next(iter(config.controller))
+        raise ExportError(
+            f"controller {name}: expected networks that the library runs, to write as C, got another kind"
+        )
     if not 0 <= robot < len(found):
         most = f"0 to {len(found) - 1}" if len(found) > 1 else "0, for all robots have the same genome"
         raise ExportError(f"robot: expected {most}, got {robot}")
@@ -243,25 +229,15 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
     network = found[robot]
     own = f", robot {robot}" if len(found) > 1 else ""
     title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
-    return _template("network").substitute(_values(network, config, title)) + _template(target).template
-
-
-def _networks(policies: FeedForward) -> Iterator[Network]:
-    for i, on in enumerate(policies.hidden_switch):
-        inputs, outputs = policies.input_hidden[i][on], policies.hidden_output[i]
-        observations = inputs.shape[1] - int(policies.bias)
-        yield Network(
-            activation=policies.activation,
-            input_hidden=inputs[:, :observations],
-            hidden_bias=inputs[:, observations] if policies.bias else np.zeros(len(inputs)),
-            hidden_output=outputs[:, : len(on)][:, on].T,
-            output_bias=outputs[:, len(on)] if policies.bias else np.zeros(len(outputs)),
-        )
-
-
-def _plain(network: Network) -> dict[str, Any]:
-    arrays = ("input_hidden", "hidden_bias", "hidden_output", "output_bias")
-    return {"activation": network.activation, **{name: getattr(network, name).tolist() for name in arrays}}
+    values = {**_values(config), "title": title, "description": network.description}
+    return "".join(
+        [
+            template("head").substitute(values),
+            as_c(network),
+            template("observe").substitute(values),
+            template(target).template,
+        ]
+    )
 
 
 def _scales(config: Config) -> dict[str, float]:
@@ -275,13 +251,6 @@ def _scales(config: Config) -> dict[str, float]:
     }
 
 
-# ---- as C ------------------------------------------------------------------------------------------------------------
-
-_LOGISTIC: Final = "1.0 / (1.0 + exp(-x))"
-_ACTIVATIONS: Final = {"tanh": ("tanh(x)", "tanh(x)"), "logistic": (_LOGISTIC, f"2.0 * ({_LOGISTIC}) - 1.0")}
-"""Of hidden units and of outputs, as ``native/src/policy.cpp`` has them."""
-
-
 _OBSERVE: Final = {
     "infrared": "    for (i = 0; i < SWARMEVO_INFRARED; ++i)\n"
     "        *next++ = limited(infrared[i] / SWARMEVO_INFRARED_LARGEST, 0.0, 1.0);\n",
@@ -292,46 +261,20 @@ _OBSERVE: Final = {
 """For each device that an exported program can read: how its readings are scaled."""
 
 
-def _template(name: str) -> string.Template:
-    return string.Template((files("swarmevo.runs") / "templates" / f"{name}.c").read_text(encoding="utf-8"))
-
-
-def _values(network: Network, config: Config, title: str) -> Mapping[str, str]:
-    scales = {name: _number(value) for name, value in _scales(config).items() if name != "control_period"}
-    hidden, output = _ACTIVATIONS[network.activation]
-    h = len(network.hidden_bias)
+def _values(config: Config) -> Mapping[str, str]:
+    """Return what the templates need to know of the scene."""
+    scales = {name: literal(value) for name, value in _scales(config).items() if name != "control_period"}
+    info = scene_info(config)
     return {
         **scales,
-        "title": title,
-        "observations": str(network.input_hidden.shape[1]),
-        "commands": str(len(network.output_bias)),
-        "infrared": str(len(config.sensors.infrared_yaw_deg)),
-        "touch": str(len(config.sensors.touch_yaw_deg)),
-        "names": ", ".join(scene_info(config).observation_names) or "none",
+        "observations": str(info.observations),
+        "commands": str(info.commands),
+        "infrared": str(info.infrared),
+        "touch": str(info.touch),
+        "names": ", ".join(info.observation_names) or "none",
         "observe": "".join(_OBSERVE[device] for device in config.robot.sensors),
-        "hidden": str(h),
-        "activation": network.activation,
         "control_period_ms": str(round(1000 * config.episode.control_period)),
-        "input_hidden": _rows(np.vstack([network.input_hidden, np.zeros(network.input_hidden.shape[1])])),
-        "hidden_bias": _row([*network.hidden_bias, 0.0]),
-        "hidden_output": _rows(np.vstack([network.hidden_output, np.zeros(len(network.output_bias))])),
-        "output_bias": _row(network.output_bias),
-        "hidden_activation": hidden,
-        "output_activation": output,
     }
-
-
-def _rows(matrix: FloatArray) -> str:
-    return "".join(f"    {{\n{_row(row)}}},\n" for row in matrix)
-
-
-def _row(values: Sequence[float] | FloatArray) -> str:
-    return "".join(f"    {_number(value)},\n" for value in values)
-
-
-def _number(value: float) -> str:
-    """Return a double as C reads it back, bit by bit."""
-    return repr(float(value))
 
 
 def _comment(text: str) -> str:

@@ -131,10 +131,10 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
     (chosen,) = blocks(PLUGINS, "yaml")
     Path("chosen.yaml").write_text(chosen)
     evolve("chosen.yaml", "--out", "first")
-    evolve("chosen.yaml", "--out", "second", "--set", "controller=linear")
+    evolve("chosen.yaml", "--out", "second", "--set", "controller=reflex")
     assert {entry.name for entry in plugins.discover() if entry.distribution == "swarmevo-example"} == {
         "truncation",
-        "linear",
+        "reflex",
         "small_network",
         "box_travel",
     }

@@ -25,7 +25,7 @@ from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ExportError, StoreError
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FeedForward, FloatArray, Objective, SceneInfo
+from swarmevo.protocols import FloatArray, NativePolicies, Objective, SceneInfo
 from swarmevo.runs import export
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
@@ -34,6 +34,7 @@ from swarmevo.simulation.policies import native_policies
 
 DOCS = Path(__file__).parents[2] / "docs"
 INPUTS = 300
+SCENE = SceneInfo(robots=2, control_steps=10, control_period=0.1)
 
 
 @pytest.fixture(autouse=True)
@@ -118,16 +119,16 @@ def test_every_column_is_documented(folder: Path) -> None:
 # ---- controllers -----------------------------------------------------------------------------------------------------
 
 
-def native(policies: FeedForward, observations: FloatArray) -> FloatArray:
-    """Return what the library's first network commands."""
+def native(policies: NativePolicies, observations: FloatArray) -> FloatArray:
+    """Return what the library's first network commands in an episode of these observations."""
     ffi, _ = load()
-    made, keep_alive = native_policies(policies, SceneInfo(1, 1, 1.0))
-    commands = np.empty((len(observations), 2))
+    made, keep_alive = native_policies(policies, SCENE)
+    memory, commands = np.zeros(made[0].memory), np.empty((len(observations), 2))
     for observation, command in zip(observations, commands, strict=True):
         made[0].function(
             made[0].parameters,
             ffi.from_buffer("double[]", observation),
-            ffi.NULL,
+            ffi.from_buffer("double[]", memory),
             ffi.from_buffer("double[]", command),
         )
     assert keep_alive
@@ -193,18 +194,27 @@ int main(void) {
 """
 
 CONTROLLERS: list[dict[str, Any]] = [
-    {"hidden": 15},
-    {"hidden": 7, "bias": False},
-    {"hidden": 3, "activation": "logistic"},
-    {"hidden": 1, "bias": False, "activation": "logistic"},
+    {"feedforward": {"hidden": 15}},
+    {"feedforward": {"hidden": 7, "bias": False}},
+    {"feedforward": {"hidden": 3, "activation": "logistic"}},
+    {"feedforward": {"hidden": 1, "bias": False, "activation": "logistic"}},
+    {"linear": {}},
+    {"linear": {"bias": False, "activation": "tanh"}},
+    {"linear": {"activation": "logistic"}},
+    {"elman": {"hidden": 15}},
+    {"elman": {"hidden": 3, "bias": False, "activation": "logistic"}},
+    {"jordan": {"hidden": 15}},
+    {"jordan": {"hidden": 3, "bias": False, "activation": "logistic"}},
+    {"ctrnn": {"hidden": 15}},
+    {"ctrnn": {"hidden": 3, "bias": False, "activation": "tanh", "integration": "euler"}},
 ]
 
 
-def network_run(folder: Path, options: dict[str, Any], **sections: Any) -> Path:
+def network_run(folder: Path, controller: dict[str, Any], **sections: Any) -> Path:
     return run(
         folder,
         toy_plugins.config(
-            controller={"feedforward": options},
+            controller=controller,
             fitness=["hidden_neurons"],
             evolution={"generations": 1, "trials": 1, "repeats": 1},
             **sections,
@@ -212,7 +222,7 @@ def network_run(folder: Path, options: dict[str, Any], **sections: Any) -> Path:
     )
 
 
-def policies_of(folder: Path, genome: int) -> tuple[FeedForward, Config]:
+def policies_of(folder: Path, genome: int) -> tuple[NativePolicies, Config]:
     from swarmevo import plugins
 
     settings = configuration.load(folder / "config.yaml")
@@ -223,42 +233,89 @@ def policies_of(folder: Path, genome: int) -> tuple[FeedForward, Config]:
         return made.policies(store.genome(genome).reshape(-1, size)), settings
 
 
-def expected_steps(policies: FeedForward, settings: Config, x: FloatArray) -> FloatArray:
+def commanded(policies: NativePolicies, observations: FloatArray) -> FloatArray:
+    """Return what the robot does: the library clips commands."""
+    return np.clip(native(policies, observations), -1, 1)
+
+
+def expected_steps(policies: NativePolicies, settings: Config, x: FloatArray) -> FloatArray:
     """Return wheel speeds [steps/s] for what ``EPUCK_MAIN`` makes of ``x``."""
     observed = x.copy()
     observed[:, :8] = np.clip(np.floor(x[:, :8] * 5000) / settings.sensors.infrared_curve[0][1], 0, 1)
     least, most = settings.emitter.strength
     observed[:, 12] = np.clip(x[:, 12] * 60, least, most) / most
-    speeds: FloatArray = native(policies, observed) * settings.robot.top_speed * 1000 / (2 * math.pi)
+    speeds: FloatArray = commanded(policies, observed) * settings.robot.top_speed * 1000 / (2 * math.pi)
     return np.clip(np.round(speeds), -1000, 1000)
 
 
-@pytest.mark.parametrize("options", CONTROLLERS, ids=str)
+of_every_kind = pytest.mark.parametrize("options", CONTROLLERS, ids=str)
+STEP = "swarmevo_step(raw, x + 8, x[12] * 60, &left, &right);"
+COMMAND = "swarmevo_controller(x, command);"
+
+
+@of_every_kind
 def test_an_e_pucks_firmware_says_what_the_library_says(tmp_path: Path, options: dict[str, Any]) -> None:
     folder = network_run(tmp_path / "run", options)
     x = random_observations()
     for genome in (1, 3):
         with Store.open(folder) as store:
             source = export.source(store, genome, "epuck")
-        found = outputs(compiled(source + EPUCK_MAIN, tmp_path / f"c{genome}"), x)
         policies, settings = policies_of(folder, genome)
-        np.testing.assert_allclose(found[:, :2], native(policies, x), rtol=0, atol=1e-13)
-        np.testing.assert_allclose(found[:, 2:], expected_steps(policies, settings, x), rtol=0, atol=1.0)
+        # A program for each: a network with a memory would remember the other call.
+        asked = source + EPUCK_MAIN.replace(STEP, "(void)raw, left = right = 0;")
+        commands = outputs(compiled(asked, tmp_path / f"asked{genome}"), x)[:, :2]
+        if "feedforward" in options:
+            np.testing.assert_allclose(commands, commanded(policies, x), rtol=0, atol=1e-13)
+        else:  # sums in the same order: else differences would grow from step to step
+            np.testing.assert_array_equal(commands, commanded(policies, x))
+        driven = source + EPUCK_MAIN.replace(COMMAND, "command[0] = command[1] = 0.0;")
+        steps = outputs(compiled(driven, tmp_path / f"driven{genome}"), x)[:, 2:]
+        np.testing.assert_allclose(steps, expected_steps(policies, settings, x), rtol=0, atol=1.0)
 
 
-def test_a_network_without_hidden_units_is_c_too(folder: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", [{"elman": {}}, {"jordan": {}}, {"ctrnn": {}}], ids=str)
+def test_a_network_in_c_forgets_when_it_is_told_to(tmp_path: Path, options: dict[str, Any]) -> None:
+    folder = network_run(tmp_path / "run", options)
     with Store.open(folder) as store:
-        genes = store.genome(1)
-    genes[-2:] = 0.0  # both switches off
+        team = Team(store.config)
+        largest = max(store.all_genomes(), key=lambda id: team.complexity(store.genome(id)[np.newaxis])[0])
+        source = export.source(store, largest, "epuck")
+    policies, _ = policies_of(folder, largest)
+    x = random_observations()[:20]
+    forgetful = source + EPUCK_MAIN.replace(STEP, "swarmevo_forget(), (void)raw, left = right = 0;")
+    found = outputs(compiled(forgetful, tmp_path / "c"), x)[:, :2]
+    anew = np.concatenate([commanded(policies, observation[np.newaxis]) for observation in x])
+    np.testing.assert_array_equal(found, anew)
+    assert (anew[1:] != commanded(policies, x)[1:]).any()
+
+
+@pytest.mark.parametrize("kind", ["feedforward", "elman", "jordan", "ctrnn"])
+def test_a_network_without_hidden_units_is_c_too(tmp_path: Path, kind: str) -> None:
+    folder = network_run(tmp_path / "run", {kind: {"hidden": 2}})
+    with Store.open(folder) as store:
+        genes, team = store.genome(1), Team(store.config)
+    genes[team.space.is_switch] = 0.0
     seals.change(folder, "UPDATE genome SET genes = ? WHERE id = 1", genes.tobytes())
     with Store.open(folder) as store:
-        (network,) = export.networks(Team(store.config), genes)
+        (network,) = export.networks(team, genes)
         source = export.source(store, 1, "epuck") + EPUCK_MAIN
-    assert network.input_hidden.shape == (0, 13)
+    assert "0 hidden units" in network.description
     x = random_observations()[:5]
     found = outputs(compiled(source, tmp_path / "c"), x)
-    policies = toy_plugins.Network().policies(genes[np.newaxis])
+    policies, _ = policies_of(folder, 1)
     np.testing.assert_allclose(found[:, :2], native(policies, x), rtol=0, atol=1e-13)
+
+
+@of_every_kind
+def test_a_network_as_json_has_no_unit_that_is_off(tmp_path: Path, options: dict[str, Any]) -> None:
+    folder = network_run(tmp_path / "run", options)
+    with Store.open(folder) as store:
+        (network,) = json.loads(json.dumps(export.controller(store, 3)))["networks"]
+        on = int(Team(store.config).complexity(store.genome(3)[np.newaxis])[0])
+    assert len(network.get("hidden_bias", [])) == on
+    assert len(network.get("rates", [])) == (on if "ctrnn" in options else 0)
+    if "elman" in options or "ctrnn" in options:
+        assert [len(row) for row in network["context_hidden"]] == [on] * on
 
 
 # A Webots that reads readings from stdin and writes the motors' speeds to stdout.
@@ -317,7 +374,7 @@ void wb_motor_set_velocity(WbDeviceTag tag, double velocity) { speeds[tag - 14] 
 """
 
 
-@pytest.mark.parametrize("options", CONTROLLERS[:3], ids=str)
+@of_every_kind
 def test_a_webots_controller_says_what_the_library_says(tmp_path: Path, options: dict[str, Any]) -> None:
     folder = network_run(tmp_path / "run", options)
     build = tmp_path / "c"
@@ -338,11 +395,11 @@ def test_a_webots_controller_says_what_the_library_says(tmp_path: Path, options:
     x[:, :8] = np.clip(raw[:, :8] / settings.sensors.infrared_curve[0][1], 0, 1)
     x[:, 12] = np.clip(raw[:, 12], least, most) / most
     found = outputs(program, raw)
-    np.testing.assert_allclose(found, native(policies, x) * settings.robot.top_speed, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found, commanded(policies, x) * settings.robot.top_speed, rtol=0, atol=1e-12)
 
 
 def test_each_robot_has_its_controller(tmp_path: Path) -> None:
-    folder = network_run(tmp_path / "run", {"hidden": 3}, team={"genomes": "individual"})
+    folder = network_run(tmp_path / "run", {"feedforward": {"hidden": 3}}, team={"genomes": "individual"})
     with Store.open(folder) as store:
         sources = [export.source(store, 1, "epuck", robot) for robot in range(2)]
         assert sources[0] != sources[1]
@@ -356,14 +413,14 @@ def test_each_robot_has_its_controller(tmp_path: Path) -> None:
 
 def test_all_robots_may_have_one_controller(tmp_path: Path) -> None:
     """Case 33: then there is no other robot to choose."""
-    with Store.open(network_run(tmp_path / "run", {"hidden": 3})) as store:
+    with Store.open(network_run(tmp_path / "run", {"feedforward": {"hidden": 3}})) as store:
         export.source(store, 1, "epuck", 0)
         with pytest.raises(ExportError, match="robot: expected 0, for all robots have the same genome, got 1"):
             export.source(store, 1, "epuck", 1)
 
 
 def test_a_name_cannot_get_into_the_code(tmp_path: Path) -> None:
-    folder = network_run(tmp_path / "x*\u2044 $hidden\n${title}#error", {"hidden": 2})
+    folder = network_run(tmp_path / "x*\u2044 $hidden\n${title}#error", {"feedforward": {"hidden": 2}})
     with Store.open(folder) as store:
         source = export.source(store, 1, "epuck")
     assert source.index("*/") < source.index("#include")
@@ -373,7 +430,7 @@ def test_a_name_cannot_get_into_the_code(tmp_path: Path) -> None:
 def test_what_cannot_be_exported(tmp_path: Path) -> None:
     folder = run(tmp_path / "run", toy_plugins.config(controller="toy_linear"))
     with Store.open(folder) as store:
-        with pytest.raises(ExportError, match="controller toy_linear: expected a feed-forward network"):
+        with pytest.raises(ExportError, match="controller toy_linear: expected networks that the library runs"):
             export.source(store, 1, "epuck")
         assert export.controller(store, 1)["networks"] == []
         with pytest.raises(StoreError, match="there is no genome 999"):
