@@ -5,24 +5,15 @@ from __future__ import annotations
 
 import ast
 import importlib.metadata
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from authors import BUILD_PRODUCTS, install, python
+
 TEMPLATE = Path(__file__).parents[2] / "plugins" / "template"
-BUILD_PRODUCTS = shutil.ignore_patterns("build", "*.egg-info", "__pycache__", ".*")
-
-
-def python(*arguments, path, cwd):
-    """Run this Python with ``path`` before its own."""
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(path), *filter(None, sys.path)])}
-    return subprocess.run(
-        [sys.executable, *map(str, arguments)], env=environment, cwd=cwd, capture_output=True, text=True, check=False
-    )
 
 
 @pytest.fixture(scope="module")
@@ -34,11 +25,7 @@ def copied(tmp_path_factory):
 @pytest.fixture(scope="module")
 def installed(copied, tmp_path_factory):
     """A folder into which the template is installed, without the network."""
-    target = tmp_path_factory.mktemp("installed")
-    options = ["--quiet", "--no-index", "--no-deps", "--no-build-isolation", "--target", target]
-    done = python("-m", "pip", "install", *options, copied, path=target, cwd=target)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return target
+    return install(copied, tmp_path_factory.mktemp("installed"))
 
 
 def test_installs_one_module_with_one_entry_point(installed):
