@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each target installs what it needs, then runs.
 #   make dev       install the checkout itself: Python changes act at once, C++ changes after the next make dev
-#   make evolve    a minute of evolution, to robots that push, and a report to see them in a browser
+#   make evolve    two minutes of evolution, to robots that push, and a report to see them in a browser
 #   make test      all tests, native ones included
 #   make test-lowest  some tests with the lower bounds of all that swarmevo needs
 #   make lint      formatting, types, the direction of imports, declared dependencies
@@ -49,7 +49,7 @@ dev: $(VENV)/installed-dev
 
 evolve: $(call needs,)
 	@run=runs/best-$$(date +%Y%m%d-%H%M%S); \
-	$(BIN)/swarmevo evolve best --set evolution.generations=90 --out $$run; \
+	$(BIN)/swarmevo evolve best --set evolution.generations=170 --out $$run; \
 	$(BIN)/swarmevo report $$run
 
 test: test-native test-python

@@ -15,6 +15,7 @@ import argparse
 import sys
 from collections import defaultdict
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -107,6 +108,21 @@ def best_of_trials(store: Store, found: Assessment, hidden: dict[int, int]) -> s
     )
 
 
+def learning(store: Store) -> str:
+    """Return for each trial the push rate of all episodes in each tenth of its planned generations."""
+    planned = store.config.evolution.generations
+    ends = sorted({planned * tenth // 10 for tenth in range(1, 11)} - {0})
+    rows = []
+    for trial in store.trials():
+        pushed = [
+            np.isfinite(store.generation(trial, number).episodes["push_time"])
+            for number in range(store.generations(trial))
+        ]
+        parts = [pushed[start:end] for start, end in pairwise([0, *ends])]
+        rows.append([str(trial), *(f"{100 * np.concatenate(part).mean():.0f} %" if part else "" for part in parts)])
+    return table(["trial", *(f"to {end}" for end in ends)], rows)
+
+
 def robust(store: Store, genome: int, repeats: int) -> str:
     rows = []
     for name, overrides in DISTURBANCES.items():
@@ -147,6 +163,9 @@ def page(store: Store, repeats: int, robust_repeats: int, with_paper: bool) -> s
         "The first of its front, chosen by evolution.\n",
         best_of_trials(store, found, hidden),
         f"Hypervolume at the end of each trial: {volumes}.\n",
+        "## Episodes in which the box came to the wall, by generation\n",
+        "Of all that were tried in these generations, in the worlds of the evolution.\n",
+        learning(store),
     ]
     if with_paper:
         parts += [*results_paper.figures(store), *results_paper.goals(store, found, hidden)]

@@ -172,21 +172,23 @@ def test_keys_exist(page: Path) -> None:
     assert keys <= listed_keys() | told
 
 
-def settings(page: Path) -> Iterator[str]:
-    """Yield the ``section.key=value`` of a page, but for those of commands that choose another plugin."""
+def settings(page: Path) -> Iterator[tuple[str, str]]:
+    """Yield the configuration and the ``section.key=value`` of a page, but for commands that choose another plugin."""
     for span in spans(prose(page)):
         if re.fullmatch(r"\w+(\.\w+)+=.+", span):
-            yield span
+            yield "paper", span
+    packaged = {path.stem for path in (ROOT / "configs").glob("*.yaml")}
     for command in commands(page):
         words = shlex.split(command)
+        named = words[2] if words[1:2] == ["evolve"] and words[2:3] and words[2] in packaged else "paper"
         if "--plugin" not in words:
-            yield from (words[i + 1] for i, word in enumerate(words) if word == "--set")
+            yield from ((named, words[i + 1]) for i, word in enumerate(words) if word == "--set")
 
 
 @every_page
 def test_values_are_accepted(page: Path) -> None:
-    for setting in settings(page):
-        config.load("paper", [setting], plugins.option_errors)
+    for name, setting in settings(page):
+        config.load(name, [setting], plugins.option_errors)
 
 
 def test_the_example_of_a_configuration_is_accepted(tmp_path: Path) -> None:

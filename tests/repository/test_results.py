@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import small_runs
-from swarmevo.analysis import census
+from swarmevo.analysis import census, fronts
 from swarmevo.plugins.team import load_config
 from swarmevo.runs.store import Store
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[2]))
 
-from benchmarks import made_by, results, results_paper
+from benchmarks import hidden_neurons, made_by, results, results_paper
 
 
 @pytest.mark.parametrize(
@@ -90,3 +90,23 @@ def test_pressing_is_counted_from_the_first_homing_on(run: Path) -> None:
     assert all(0 <= share <= 1 for share in shares)
     assert shares[2] <= shares[1] <= 1
     assert np.isfinite(shares).all()
+
+
+def test_how_fast_a_trial_learns_is_the_push_rate_of_each_tenth_of_its_generations(run: Path) -> None:
+    with Store.open(run) as store:
+        last = results.learning(store).splitlines()[-1]
+        trial = store.trials()[-1]
+        pushed = np.isfinite(store.generation(trial, store.generations(trial) - 1).episodes["push_time"])
+    assert last.startswith(f"| {trial} |")
+    assert last.endswith(f"| {100 * pushed.mean():.0f} % |")
+
+
+def test_of_each_number_of_hidden_neurons_who_pushed_most_in_evolution_is_tested(run: Path) -> None:
+    with Store.open(run) as store:
+        found = hidden_neurons.best(store)
+        points = [point for trial in store.trials() for point in fronts.front(store, trial)]
+        row = hidden_neurons.row(store, *next(iter(found.items())), tests=1)
+    assert list(found) == sorted({point.objectives["hidden_neurons"] for point in points})
+    for point in points:
+        assert point.push_interval[0] <= found[int(point.objectives["hidden_neurons"])].push_interval[0]
+    assert len(row) == len(hidden_neurons.HEAD)
