@@ -16,8 +16,8 @@ HEAD = """\
 # What is stored of an episode
 
 Each episode of each individual is a row, in `run.sqlite` and in what `swarmevo export` writes. In the database the hash
-is a signed integer, and an objective is called `objective_0`, `objective_1` and so on; an export has 16 hexadecimal
-digits and the objective's name.
+is a signed integer, and an objective is called `objective_0`, `objective_1` and so on, a descriptor `descriptor_0`; an
+export has 16 hexadecimal digits and their names.
 
 | column | values | meaning |
 | --- | --- | --- |
@@ -33,11 +33,11 @@ def text() -> str:
 
 
 def _name(column: Column) -> str:
-    return {"objectives": "NAME", "robots": f"{column.name}_J", "": column.name}[column.axis]
+    return {"": column.name, "robots": f"{column.name}_J"}.get(column.axis, "NAME")
 
 
 def _each(column: Column) -> str:
-    return {"objectives": " for each objective", "robots": " for each robot J, from 0", "": ""}[column.axis]
+    return {"": "", "robots": " for each robot J, from 0"}.get(column.axis, f" for each {column.name}")
 
 
 if __name__ == "__main__":

@@ -8,10 +8,12 @@ keyword parameters are the plugin's options in the YAML config.
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from inspect import Parameter
 from types import MappingProxyType
 from typing import Any, Final, Literal, Protocol, TypeAlias, runtime_checkable
 
@@ -468,6 +470,29 @@ class Objective:
         return self.direction == "maximise"
 
 
+@dataclass(frozen=True)
+class Descriptor:
+    """One number that tells what a behaviour is like, be it good or bad: an axis of a map of behaviours.
+
+    Args:
+        name: As an objective's; unique in a run among both.
+        range: Smallest and largest value it can take, within 1e50. A value outside of it is an error.
+    """
+
+    name: str
+    range: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What an optimiser is to solve, for a factory with a parameter ``problem``."""
+
+    objectives: tuple[Objective, ...]
+    """m: of the columns of the costs, which are to be minimised whatever the objectives' directions."""
+    descriptors: tuple[Descriptor, ...] = ()
+    """d: of the columns of the descriptors; mostly none."""
+
+
 @runtime_checkable
 class Controller(Protocol):
     """Turns genomes into behaviour. Factory: ``factory(**options)``.
@@ -553,12 +578,26 @@ class ExplainedFitness(Fitness, Protocol):
 
 
 @runtime_checkable
+class DescribingFitness(Fitness, Protocol):
+    """A fitness that tells what a behaviour is like. It may have no objectives."""
+
+    @property
+    def descriptors(self) -> Sequence[Descriptor]:
+        """What it describes, in the order of the columns of :meth:`describe`."""
+        ...
+
+    def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return ``(episodes, descriptors)``; the arguments are those of :meth:`evaluate`."""
+        ...
+
+
+@runtime_checkable
 class Optimiser(Protocol):
     """Proposes genomes, learns their costs.
 
     Factory: ``factory(space, population, objectives, rng, **options)`` with a :class:`GenomeSpace`, two ints and a
-    ``numpy.random.Generator``, which is its only source of randomness. Call order, shapes and finiteness are checked
-    by the host.
+    ``numpy.random.Generator``, which is its only source of randomness. One with a parameter ``problem`` gets a
+    :class:`Problem` there. Call order, shapes and finiteness are checked by the host.
     """
 
     def ask(self) -> FloatArray:
@@ -566,7 +605,12 @@ class Optimiser(Protocol):
         ...
 
     def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
-        """Take the costs ``(n, objectives)`` of the genomes just asked for; less is better in every column."""
+        """Take the costs ``(n, objectives)`` of the genomes just asked for; less is better in every column.
+
+        A ``tell`` with a third parameter, without a default or called ``descriptors``, gets their descriptors
+        ``(n, descriptors)`` there: means over the episodes
+        that did not fail, NaN where all did.
+        """
         ...
 
     def state(self) -> Mapping[str, Any]:
@@ -579,6 +623,17 @@ class Optimiser(Protocol):
     def restore(self, state: Mapping[str, Any]) -> None:
         """Continue from ``state`` as if nothing had happened. Called on a fresh object."""
         ...
+
+
+def takes_descriptors(optimiser: Optimiser) -> bool:
+    """Return whether an optimiser's ``tell`` has a third parameter, without a default or called ``descriptors``."""
+    try:
+        parameters = list(inspect.signature(optimiser.tell).parameters.values())
+    except (TypeError, ValueError):  # Python does not know
+        return False
+    if len(parameters) < 3 or parameters[2].kind not in (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD):
+        return False
+    return parameters[2].default is Parameter.empty or parameters[2].name == "descriptors"
 
 
 @runtime_checkable

@@ -12,12 +12,12 @@ from typing import Final
 
 import numpy as np
 
-from swarmevo.protocols import Block, FloatArray, GenomeSpace, Objective
+from swarmevo.protocols import Block, Descriptor, FloatArray, GenomeSpace, Objective
 
 LARGEST: Final = 1e50
-"""Of an objective's range: sums over episodes and hypervolumes of several objectives stay finite."""
+"""Of a range: sums over episodes and hypervolumes of several objectives stay finite."""
 ROUNDING: Final = 1e-9
-"""Of the width of an objective's range: so far a value may lie outside of it."""
+"""Of the width of a range: so far a value may lie outside of it."""
 
 
 def numbers(values: object, shape: tuple[int, ...]) -> FloatArray:
@@ -53,36 +53,56 @@ def objective(given: object) -> Objective:
     """
     if not isinstance(given, Objective):
         raise ValueError(f"expected an Objective, got {type(given).__name__}")
-    name, direction = given.name, given.direction
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        raise ValueError(f"expected as name text that can be printed, got {name!r}")
+    name, direction = _name(given.name), given.direction
     if not isinstance(direction, str) or direction not in ("maximise", "minimise"):
         raise ValueError(f"{name}: expected the direction maximise or minimise, got {direction!r}")
     if not isinstance(given.of, str) or given.of not in ("episode", "genome"):
         raise ValueError(f"{name}: expected it to be of episode or genome, got {given.of!r}")
-    try:
-        low, high = numbers(given.range, (2,)).tolist()
-    except ValueError:
-        low = high = math.nan
-    if not -LARGEST <= low < high <= LARGEST:
-        raise ValueError(
-            f"{name}: expected as range two finite numbers, low and high, within {LARGEST:g}, got {given.range!r}"
-        )
     return Objective(
-        str(name),
+        name,
         "maximise" if direction == "maximise" else "minimise",
-        (low, high),
+        _range(name, given.range),
         of="genome" if given.of == "genome" else "episode",
     )
 
 
-def check_range(values: FloatArray, objectives: Sequence[Objective]) -> None:
-    """Refuse ``values`` ``(n, m)`` outside of the ranges of the m objectives.
+def descriptor(given: object) -> Descriptor:
+    """Return a descriptor with a name of plain text and a range of two floats, whatever real numbers it was given.
+
+    Raises:
+        ValueError: It is no descriptor, or its name or range cannot be used.
+    """
+    if not isinstance(given, Descriptor):
+        raise ValueError(f"expected a Descriptor, got {type(given).__name__}")
+    name = _name(given.name)
+    return Descriptor(name, _range(name, given.range))
+
+
+def _name(given: object) -> str:
+    if not isinstance(given, str) or not given.strip() or not given.isprintable():
+        raise ValueError(f"expected as name text that can be printed, got {given!r}")
+    return str(given)
+
+
+def _range(name: str, given: object) -> tuple[float, float]:
+    try:
+        low, high = numbers(given, (2,)).tolist()
+    except ValueError:
+        low = high = math.nan
+    if not -LARGEST <= low < high <= LARGEST:
+        raise ValueError(
+            f"{name}: expected as range two finite numbers, low and high, within {LARGEST:g}, got {given!r}"
+        )
+    return low, high
+
+
+def check_range(values: FloatArray, measured: Sequence[Objective | Descriptor]) -> None:
+    """Refuse ``values`` ``(n, m)`` outside of the ranges of m objectives or descriptors.
 
     Raises:
         ValueError: One is.
     """
-    for one, column in zip(objectives, values.T, strict=True):
+    for one, column in zip(measured, values.T, strict=True):
         low, high = one.range
         slack = ROUNDING * (high - low)
         outside = column[(column < low - slack) | (column > high + slack)]

@@ -14,6 +14,8 @@ Without pytest, ``failures(TestHillClimber())`` runs the tests and returns what 
 
 from __future__ import annotations
 
+import inspect
+import itertools
 import json
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -31,18 +33,23 @@ from swarmevo.protocols import (
     Channel,
     Compiled,
     Controller,
+    DescribingFitness,
+    Descriptor,
     Fitness,
     FloatArray,
     GenomeSpace,
     Linear,
     NativeController,
     NativePolicies,
+    Objective,
     Optimiser,
+    Problem,
     PythonController,
     Recurrent,
     SceneInfo,
     StartableOptimiser,
     Telemetry,
+    takes_descriptors,
 )
 
 Array = TypeVar("Array", bound=np.ndarray[Any, Any])
@@ -119,6 +126,15 @@ class Case(NamedTuple):
     space: GenomeSpace
     population: int
     objectives: int
+    descriptors: int
+
+    @property
+    def problem(self) -> Problem:
+        """Objectives and descriptors in whose ranges all is that these tests tell."""
+        return Problem(
+            tuple(Objective(f"objective_{i}", "minimise", (0.0, 100.0)) for i in range(self.objectives)),
+            tuple(Descriptor(f"descriptor_{i}", (-1.0, 1.0)) for i in range(self.descriptors)),
+        )
 
 
 class OptimiserTests:
@@ -127,14 +143,16 @@ class OptimiserTests:
     spaces: Sequence[GenomeSpace] = SPACES
     populations: Sequence[int] = (4, 5, 30)
     objectives: Sequence[int] = (1, 2, 3)
+    descriptors: Sequence[int] = (0, 2)
+    """Of an optimiser whose ``tell`` takes them; all others are told none."""
 
     def create(self, space: GenomeSpace, population: int, objectives: int, rng: np.random.Generator) -> Optimiser:
-        """Return a new optimiser."""
+        """Return a new optimiser. An override with a fifth parameter, ``problem``, gets a :class:`Problem` there."""
         raise NotImplementedError("create: expected an override that returns the optimiser to test")
 
     def test_has_the_methods_of_an_optimiser(self) -> None:
         """It has ask, tell, state and restore."""
-        optimiser = self._create(next(self._cases()))
+        optimiser = self._create(Case(self.spaces[0], self.populations[0], self.objectives[0], self.descriptors[-1]))
         _require(isinstance(optimiser, Optimiser), "optimiser: expected the methods ask, tell, state and restore")
 
     def test_asks_for_genomes(self) -> None:
@@ -189,10 +207,10 @@ class OptimiserTests:
             optimiser = self._create(case)
             for generation, genomes in enumerate(expected):
                 asked, told = optimiser.ask(), _frozen(genomes.copy())
-                costs = _frozen(random_costs(genomes, case.objectives, generation))
+                told_with = [_frozen(array) for array in _told(optimiser, case, random_costs, genomes, generation)]
                 _require(np.array_equal(asked, genomes), "ask, tell: expected copies, but a caller's array is in use")
-                optimiser.tell(told, costs)
-                for array in (asked, told, costs):
+                optimiser.tell(told, *told_with)
+                for array in (asked, told, *told_with):
                     _scribble(array)
 
     def test_uses_no_other_randomness(self) -> None:
@@ -236,13 +254,17 @@ class OptimiserTests:
                 _require(differs, "start_from: expected other genomes than those of a run from its own, got the same")
 
     def _create(self, case: Case, seed: int = 1) -> Optimiser:
-        return self.create(*case, np.random.Generator(np.random.PCG64(seed)))
+        create: Callable[..., Optimiser] = self.create
+        takes_problem = "problem" in inspect.signature(create).parameters
+        more = {"problem": case.problem} if takes_problem else {}
+        rng = np.random.Generator(np.random.PCG64(seed))
+        return create(case.space, case.population, case.objectives, rng, **more)
 
     def _cases(self) -> Iterator[Case]:
-        for space in self.spaces:
-            for population in self.populations:
-                for objectives in self.objectives:
-                    yield Case(space, population, objectives)
+        first = Case(self.spaces[0], self.populations[0], self.objectives[0], self.descriptors[-1])
+        descriptors = self.descriptors if takes_descriptors(self._create(first)) else (0,)
+        for sizes in itertools.product(self.spaces, self.populations, self.objectives, descriptors):
+            yield Case(*sizes)
 
 
 Costs = Callable[[FloatArray, int, int], FloatArray]
@@ -268,6 +290,20 @@ def constant_costs(genomes: FloatArray, objectives: int, generation: int) -> Flo
 COSTS: tuple[Costs, ...] = (random_costs, integer_costs, constant_costs)
 
 
+def descriptors_of(genomes: FloatArray, descriptors: int, generation: int) -> FloatArray:
+    """Return ``(n, descriptors)`` in [-1, 1]; the last genome failed in all its episodes in every other generation."""
+    described = np.tanh(genomes[:, :descriptors])
+    if generation % 2:
+        described[-1] = np.nan
+    return described
+
+
+def _told(optimiser: Optimiser, case: Case, costs: Costs, genomes: FloatArray, generation: int) -> list[FloatArray]:
+    """Return what an optimiser is told of its genomes: costs, and descriptors if it takes them."""
+    told = [costs(genomes, case.objectives, generation)]
+    return [*told, descriptors_of(genomes, case.descriptors, generation)] if takes_descriptors(optimiser) else told
+
+
 def _run(optimiser: Optimiser, case: Case, costs: Costs, n: int, start: int = 0) -> list[FloatArray]:
     """Drive ``optimiser`` for ``n`` generations and return what it asked for, each ``(any, size)``."""
     asked = []
@@ -276,7 +312,7 @@ def _run(optimiser: Optimiser, case: Case, costs: Costs, n: int, start: int = 0)
         _require_array("ask", genomes, (None, case.space.size))
         _require(len(genomes) >= 1, "ask: expected at least one genome, got none")
         asked.append(genomes.copy())
-        optimiser.tell(genomes, costs(genomes, case.objectives, generation))
+        optimiser.tell(genomes, *_told(optimiser, case, costs, genomes, generation))
     return asked
 
 
@@ -433,10 +469,9 @@ class FitnessTests:
         _require(isinstance(self.create(), Fitness), "fitness: expected objectives, channels and evaluate")
 
     def test_names_its_objectives(self) -> None:
-        """It has objectives, each with a name, a direction and a finite range."""
-        given = self.create().objectives
-        objectives = [_returned("objectives", returned.objective, objective) for objective in given]
-        names = [objective.name for objective in objectives]
+        """It has objectives, or descriptors, each with a name and a finite range, an objective with a direction."""
+        fitness = self.create()
+        names = [*(one.name for one in _objectives(fitness)), *(one.name for one in _descriptors(fitness))]
         _require(len(names) >= 1, "objectives: expected at least one, got none")
         _require(len(set(names)) == len(names), f"objectives: expected unique names, got {names}")
 
@@ -448,31 +483,58 @@ class FitnessTests:
     def test_judges_episodes(self) -> None:
         """It returns a finite float64 in the objective's range for each episode and objective."""
         fitness = self.create()
-        values = self._evaluate(fitness, range(7))
-        _require_array("evaluate", values, (7, len(fitness.objectives)))
-        objectives = [_returned("objectives", returned.objective, objective) for objective in fitness.objectives]
-        _returned("evaluate", returned.check_range, values, objectives)
+        self._require_in_range("evaluate", fitness.evaluate, _objectives(fitness))
 
     def test_judges_an_episode_the_same_in_every_batch(self) -> None:
         """An episode's value does not depend on the episodes beside it, to the last bit."""
-        fitness = self.create()
-        values = self._evaluate(fitness, range(7))
-        for batch in ([0], [3], [6, 5, 4, 3, 2, 1, 0], [2, 4]):
-            same = np.array_equal(self._evaluate(fitness, batch), values[batch])
-            _require(same, f"evaluate: expected the same bits for the episodes {batch} of 7 on their own")
+        self._require_the_same("evaluate", self.create().evaluate)
 
-    def _evaluate(self, fitness: Fitness, batch: Sequence[int]) -> FloatArray:
-        """Judge some of seven episodes, all arrays read-only."""
+    def test_describes_episodes(self) -> None:
+        """If it has descriptors, it describes each episode by finite float64 in their ranges, as it judges it."""
+        fitness = self.create()
+        names = [name for name in ("descriptors", "describe") if hasattr(fitness, name)]
+        _require(len(names) != 1, f"descriptors: expected descriptors and describe, got {' '.join(names)} alone")
+        if isinstance(fitness, DescribingFitness):
+            self._require_in_range("describe", fitness.describe, _descriptors(fitness))
+            self._require_the_same("describe", fitness.describe)
+
+    def _require_in_range(self, method: str, ask: _Ask, measured: Sequence[Objective | Descriptor]) -> None:
+        values = self._ask(ask, range(7))
+        _require_array(method, values, (7, len(measured)))
+        _returned(method, returned.check_range, values, measured)
+
+    def _require_the_same(self, method: str, ask: _Ask) -> None:
+        values = self._ask(ask, range(7))
+        for batch in ([0], [3], [6, 5, 4, 3, 2, 1, 0], [2, 4]):
+            same = np.array_equal(self._ask(ask, batch), values[batch])
+            _require(same, f"{method}: expected the same bits for the episodes {batch} of 7 on their own")
+
+    def _ask(self, ask: _Ask, batch: Sequence[int]) -> FloatArray:
+        """Judge or describe some of seven episodes, all arrays read-only."""
         controller, rows = self.controller(), list(batch)
-        everything = random_telemetry(fitness.channels, 7, self.scene.control_steps, self.scene.robots)
+        channels = self.create().channels
+        everything = random_telemetry(channels, 7, self.scene.control_steps, self.scene.robots)
         telemetry = replace(
             everything,
             homing_time=_frozen(everything.homing_time[rows]),
             push_time=_frozen(everything.push_time[rows]),
-            channels={name: _frozen(getattr(everything, name)[rows]) for name in fitness.channels},
+            channels={name: _frozen(getattr(everything, name)[rows]) for name in channels},
         )
         genomes = _frozen(random_genomes(controller.space(self.scene), 7)[rows])
-        return fitness.evaluate(telemetry, genomes, controller)
+        return ask(telemetry, genomes, controller)
+
+
+_Ask = Callable[[Telemetry, FloatArray, Controller], FloatArray]
+"""``evaluate`` or ``describe``."""
+
+
+def _objectives(fitness: Fitness) -> list[Objective]:
+    return [_returned("objectives", returned.objective, one) for one in fitness.objectives]
+
+
+def _descriptors(fitness: Fitness) -> list[Descriptor]:
+    given = fitness.descriptors if isinstance(fitness, DescribingFitness) else ()
+    return [_returned("descriptors", returned.descriptor, one) for one in given]
 
 
 # ---- checks ----------------------------------------------------------------------------------------------------------

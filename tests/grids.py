@@ -14,12 +14,14 @@ from swarmevo.evolution.results import COLUMNS, Results
 def results(seconds: float = 0.0, **columns: NDArray[Any]) -> Results:
     """Return results of all episodes of a generation, of columns ``(individuals, repeats, ...)``.
 
-    They are in one world, of as many robots as there are homing times, unless ``world`` and ``robots`` say otherwise.
+    They are in one world, of as many robots as there are homing times, unless ``world`` and ``robots`` say otherwise,
+    and without descriptors, unless there is a ``descriptor``.
     """
     shape = columns["hash"].shape
     whole = {"world": 0, "robots": columns["homing_time"].shape[-1], "steps": 10}
+    columns = {"descriptor": np.empty((*shape, 0)), **columns}
     columns = {**{name: np.full(shape, value, dtype=np.uint32) for name, value in whole.items()}, **columns}
     assert set(columns) == {column.name for column in COLUMNS}
     individual, repeat = np.indices(shape).reshape(2, -1)
-    flat = {name: values.reshape(-1, *values.shape[2:]) for name, values in columns.items()}
+    flat = {name: values.reshape(len(repeat), *values.shape[2:]) for name, values in columns.items()}
     return Results(individual=individual, repeat=repeat, values=flat, faults=("",) * len(repeat), seconds=seconds)

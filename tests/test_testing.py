@@ -8,7 +8,7 @@ import random
 import numpy as np
 import pytest
 
-from swarmevo.protocols import CHANNELS, Block, Compiled, FeedForward, GenomeSpace, Objective, SceneInfo
+from swarmevo.protocols import CHANNELS, Block, Compiled, Descriptor, FeedForward, GenomeSpace, Objective, SceneInfo
 from swarmevo.testing import (
     CHROMOSOME,
     ControllerTests,
@@ -61,6 +61,36 @@ class Climber(RandomSearch):
         self.best = genomes.mean(axis=0)
 
 
+class Mapper(RandomSearch):
+    """Keeps the best of each half of the first descriptor's range, if there is one."""
+
+    def __init__(self, space, population, objectives, rng, problem):
+        super().__init__(space, population, objectives, rng)
+        assert len(problem.objectives) == objectives
+        self.problem, self.elites = problem, {}
+
+    def tell(self, genomes, costs, descriptors):
+        assert descriptors.shape == (len(genomes), len(self.problem.descriptors))
+        super().tell(genomes, costs)
+        for i, described in enumerate(descriptors):
+            if len(described) and not np.isnan(described[0]):
+                middle = sum(self.problem.descriptors[0].range) / 2
+                self.elites[str(described[0] > middle)] = genomes[i].copy()
+
+    def ask(self):
+        genomes = super().ask()
+        for i, elite in enumerate(self.elites.values()):
+            genomes[-1 - i] = elite
+        return genomes
+
+    def state(self):
+        return {**super().state(), "elites": dict(self.elites)}
+
+    def restore(self, state):
+        super().restore(state)
+        self.elites = dict(state["elites"])
+
+
 class Reflex:
     """A Python controller with memory: two weights for each wheel, a running mean of the RF strength."""
 
@@ -111,6 +141,34 @@ class ShareOfTime(Homing):
         return np.nan_to_num(telemetry.push_time / telemetry.world["episode"]["horizon"])[:, np.newaxis]
 
 
+class Pushed(Homing):
+    """Tells whether the box was pushed, too."""
+
+    descriptors = (Descriptor("pushed", (0.0, 1.0)),)
+
+    def describe(self, telemetry, genomes, controller):
+        return np.isfinite(telemetry.push_time)[:, np.newaxis].astype(float)
+
+
+class OnlyPushed(Pushed):
+    """Tells nothing else."""
+
+    objectives = ()
+
+    def evaluate(self, telemetry, genomes, controller):
+        return np.empty((len(genomes), 0))
+
+
+def mapper_failures(factory):
+    class Tests(OptimiserTests):
+        populations, objectives = (4, 5), (1, 2)
+
+        def create(self, space, population, objectives, rng, problem):
+            return factory(space, population, objectives, rng, problem)
+
+    return failures(Tests())
+
+
 def optimiser_failures(factory):
     class Tests(OptimiserTests):
         populations, objectives = (4, 5), (1, 2)
@@ -144,6 +202,9 @@ def test_sound_plugins_pass():
     assert controller_failures(Machine) == []
     assert fitness_failures(Homing) == []
     assert fitness_failures(ShareOfTime) == []
+    assert mapper_failures(Mapper) == []
+    assert fitness_failures(Pushed) == []
+    assert fitness_failures(OnlyPushed) == []
 
 
 def test_create_must_be_overridden():
@@ -330,6 +391,49 @@ def test_broken_optimisers_are_caught(broken, test, reason):
     assert any(line.startswith(test) and reason in line for line in lines), lines
 
 
+class KeepsTheCallersDescriptors(Mapper):
+    def tell(self, genomes, costs, descriptors):
+        super().tell(genomes, costs, descriptors)
+        self.elites["described"] = np.full(self.shape[1], descriptors[:1].sum())
+        self.last = descriptors
+
+    def ask(self):
+        return super().ask() + (np.nansum(self.last) if getattr(self, "last", None) is not None else 0)
+
+
+class WritesToDescriptors(Mapper):
+    def tell(self, genomes, costs, descriptors):
+        descriptors[:] = 0
+        super().tell(genomes, costs, descriptors)
+
+
+class ForgetsItsMap(Mapper):
+    def state(self):
+        return {**super().state(), "elites": {}}
+
+
+class BelievesWhatFailed(Mapper):
+    """Takes the mean of all descriptors, which is NaN where a genome failed."""
+
+    def tell(self, genomes, costs, descriptors):
+        super().tell(genomes, costs, descriptors)
+        self.elites["mean"] = np.full(self.shape[1], descriptors.mean() if descriptors.size else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("broken", "test", "reason"),
+    [
+        (KeepsTheCallersDescriptors, "test_leaves_the_callers_arrays_alone", "a caller's array is in use"),
+        (WritesToDescriptors, "test_leaves_the_callers_arrays_alone", "read-only"),
+        (ForgetsItsMap, "test_continues_from_its_state", "continued from a state"),
+        (BelievesWhatFailed, "test_asks_for_genomes", "ask: expected finite numbers"),
+    ],
+)
+def test_broken_optimisers_that_are_told_descriptors_are_caught(broken, test, reason):
+    lines = mapper_failures(broken)
+    assert any(line.startswith(test) and reason in line for line in lines), lines
+
+
 # ---- controllers that do not -----------------------------------------------------------------------------------------
 
 
@@ -473,9 +577,42 @@ class WritesToTelemetry(Homing):
         return super().evaluate(telemetry, genomes, controller)
 
 
+class EndlessDescriptor(Pushed):
+    descriptors = (Descriptor("pushed", (0.0, float("inf"))),)
+
+
+class TwinNames(Pushed):
+    descriptors = (Descriptor("homing", (0.0, 1.0)),)
+
+
+class DescribesAlone(Homing):
+    describe = Pushed.describe
+
+
+class DescribesFlat(Pushed):
+    def describe(self, telemetry, genomes, controller):
+        return super().describe(telemetry, genomes, controller)[:, 0]
+
+
+class DescribesOutOfRange(Pushed):
+    def describe(self, telemetry, genomes, controller):
+        return 2 + super().describe(telemetry, genomes, controller)
+
+
+class DescribesRelatively(Pushed):
+    def describe(self, telemetry, genomes, controller):
+        return np.full((len(genomes), 1), 1 / len(genomes))
+
+
 @pytest.mark.parametrize(
     ("broken", "test", "reason"),
     [
+        (EndlessDescriptor, "test_names_its_objectives", "pushed: expected as range two finite numbers"),
+        (TwinNames, "test_names_its_objectives", "expected unique names, got ['homing', 'homing']"),
+        (DescribesAlone, "test_describes_episodes", "expected descriptors and describe, got describe alone"),
+        (DescribesFlat, "test_describes_episodes", "describe: expected the shape (7, 1), got (7,)"),
+        (DescribesOutOfRange, "test_describes_episodes", "describe: expected pushed in its range from 0 to 1"),
+        (DescribesRelatively, "test_describes_episodes", "describe: expected the same bits"),
         (NoObjectives, "test_names_its_objectives", "expected at least one, got none"),
         (NoDirection, "test_names_its_objectives", "expected the direction maximise or minimise, got 'better'"),
         (EndlessRange, "test_names_its_objectives", "expected as range two finite numbers"),

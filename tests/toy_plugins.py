@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,12 @@ from swarmevo.protocols import (
     Block,
     Compiled,
     Controller,
+    Descriptor,
     FeedForward,
     FloatArray,
     GenomeSpace,
     Objective,
+    Problem,
     SceneInfo,
     Telemetry,
 )
@@ -55,9 +58,16 @@ def install(distribution: Callable[..., Any]) -> None:
         "swarmevo.fitness": {
             "toy_travel": f"{here}:Travel",
             "toy_neurons": f"{here}:Neurons",
+            "toy_places": f"{here}:Places",
+            "toy_bad_places": f"{here}:BadPlaces",
+            "toy_half_described": f"{here}:half_described",
             "toy_bad_fitness": f"{here}:BadFitness",
         },
-        "swarmevo.optimisers": {"toy_search": f"{here}:Search", "toy_bad_optimiser": f"{here}:BadOptimiser"},
+        "swarmevo.optimisers": {
+            "toy_search": f"{here}:Search",
+            "toy_described_search": f"{here}:DescribedSearch",
+            "toy_bad_optimiser": f"{here}:BadOptimiser",
+        },
     }
     distribution("toys", "1.0", groups)
 
@@ -198,6 +208,66 @@ class Neurons:
         return controller.complexity(genomes)[:, np.newaxis]
 
 
+class Places:
+    """Where the first robot is at the end; no objective."""
+
+    objectives = ()
+    channels = ("pose",)
+
+    def __init__(self, scene: SceneInfo) -> None:
+        half = scene.world["arena"]["size"] / 2
+        self.descriptors: Any = (Descriptor("end_x", (-half, half)), Descriptor("end_y", (-half, half)))
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        return np.empty((len(genomes), 0))
+
+    def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
+        return telemetry.pose[:, -1, 0, :2]
+
+
+class BadPlaces(Places):
+    """Does what ``fault`` names, in every episode or only in those of genomes that begin with a number above 0."""
+
+    def __init__(self, scene: SceneInfo, fault: str, always: bool = True) -> None:
+        super().__init__(scene)
+        self._fault, self._always = fault, always
+        one = Descriptor("end_x", (0.0, 1.0))
+        self.descriptors = {
+            "no Descriptor": ("end_x",),
+            "an Objective": (Objective("end_x", "minimise", (0.0, 1.0)),),
+            "twins": (one, one),
+            "an objective's name": (Descriptor("travel", (0.0, 1.0)),),
+            "a column's name": (Descriptor("push_time", (-1.0, 1.0)),),
+            "no range": (Descriptor("end_x", (1.0, 1.0)),),
+            "blank": (Descriptor(" ", (0.0, 1.0)),),
+            "none": (),
+            "not iterable": one,
+        }.get(fault, self.descriptors)
+
+    def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
+        sound = super().describe(telemetry, genomes, controller)
+        if not self._always and genomes[0, 0] <= 0:
+            return sound
+        if self._fault == "raises":
+            raise KeyError("nobody\nhome")
+        return {
+            "nan": sound * np.nan,
+            "one": sound[:, :1],
+            "three": np.ones((1, 3)),
+            "vector": sound[0],
+            "text": [["left", "right"]],
+            "nothing": None,
+            "outside": sound + 7,
+        }.get(self._fault, sound[:, : len(self.descriptors)])
+
+
+def half_described(scene: SceneInfo, missing: str) -> Any:
+    """Return a fitness that lacks half of what describes."""
+    sound = Places(scene)
+    names = {"objectives", "channels", "evaluate", "descriptors", "describe"} - {missing}
+    return SimpleNamespace(**{name: getattr(sound, name) for name in names})
+
+
 class BadFitness:
     """Does what ``fault`` names."""
 
@@ -279,6 +349,31 @@ class Search:
         assert self._told == 0
         self._best, self._least, self._told = state["best"], state["least"], state["told"]
         self._rng.bit_generator.state = state["rng"]
+
+
+class DescribedSearch(Search):
+    """Is told descriptors, and what the problem is."""
+
+    def __init__(
+        self, space: GenomeSpace, population: int, objectives: int, rng: np.random.Generator, problem: Problem
+    ) -> None:
+        super().__init__(space, population, objectives, rng)
+        self.problem = problem
+        self._described: list[Any] = []
+
+    def tell(self, genomes: FloatArray, costs: FloatArray, descriptors: FloatArray) -> None:  # type: ignore[override]
+        assert not descriptors.flags.writeable
+        assert descriptors.shape == (len(genomes), len(self.problem.descriptors))
+        assert costs.shape == (len(genomes), len(self.problem.objectives))
+        super().tell(genomes, costs)
+        self._described.append(descriptors)
+
+    def state(self) -> dict[str, Any]:
+        return {**super().state(), "described": list(self._described)}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        super().restore(state)
+        self._described = list(state["described"])
 
 
 class BadOptimiser(Search):

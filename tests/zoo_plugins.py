@@ -29,7 +29,11 @@ def install(distribution: Callable[..., Any]) -> None:
     here = __name__
     groups = {
         "swarmevo.controllers": {"zoo_network": f"{here}:Network", "zoo_linear": f"{here}:Linear"},
-        "swarmevo.fitness": {"zoo_travel": f"{here}:Travel", "zoo_explained": f"{here}:Explained"},
+        "swarmevo.fitness": {
+            "zoo_travel": f"{here}:Travel",
+            "zoo_explained": f"{here}:Explained",
+            "zoo_places": f"{here}:Places",
+        },
         "swarmevo.optimisers": {"zoo_search": f"{here}:Search", "zoo_answering": f"{here}:Answering"},
     }
     distribution("zoo", "1.0", groups)
@@ -39,6 +43,7 @@ PLUGINS: Final[Mapping[str, Mapping[str, Any]]] = {
     "zoo_network": {"controller": "zoo_network"},
     "zoo_linear": {"controller": "zoo_linear"},
     "zoo_travel": {"fitness": ["zoo_travel"]},
+    "zoo_places": {"fitness": ["toy_travel", "zoo_places"]},
     "zoo_search": {"optimiser": "zoo_search"},
     "zoo_answering": {"optimiser": "zoo_answering"},
     "zoo_explained": {"fitness": ["zoo_explained"]},
@@ -100,6 +105,19 @@ class Travel(toy_plugins.Travel):
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
         return _done("zoo_travel.evaluate", super().evaluate(telemetry, genomes, controller))
+
+
+class Places(toy_plugins.Places):
+    @property
+    def descriptors(self) -> Any:  # type: ignore[override]
+        return _done("zoo_places.descriptors", self._sound)
+
+    @descriptors.setter
+    def descriptors(self, given: Any) -> None:
+        self._sound = given
+
+    def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
+        return _done("zoo_places.describe", super().describe(telemetry, genomes, controller))
 
 
 class Explained(toy_plugins.Travel):

@@ -114,11 +114,11 @@ def assess_genomes(
         ConfigError, EvaluationError, Interrupted, SimulatorError: As :func:`assess`.
     """
     settings = other_world.test_world(settings)
-    objectives = Team(settings).objectives
-    with StoredTests.forgotten(len(objectives)) as tests:
+    team = Team(settings)
+    with StoredTests.forgotten(len(team.objectives), len(team.descriptors)) as tests:
         candidates = [Candidate(0, i, genes, {}) for i, genes in enumerate(genomes)]
         bench = Bench(settings, tests, candidates, workers, observe, stop)
-        return assess_bench(bench, settings, settings, objectives, sizes, repeats, robustness, until)
+        return assess_bench(bench, settings, settings, team.objectives, sizes, repeats, robustness, until)
 
 
 def assess_bench(

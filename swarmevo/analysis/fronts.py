@@ -19,7 +19,7 @@ import numpy as np
 from swarmevo import config
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget
-from swarmevo.protocols import BoolArray, FloatArray, IntArray, Objective
+from swarmevo.protocols import BoolArray, Descriptor, FloatArray, IntArray, Objective
 from swarmevo.runs.records import Totals
 from swarmevo.runs.store import Store
 from swarmevo.testing import random_genomes
@@ -40,6 +40,8 @@ class FrontPoint:
     episodes: int
     """Behind every mean and rate here."""
     objectives: dict[str, float]
+    descriptors: dict[str, float | None]
+    """None: every episode failed."""
     homing_rate: float
     """Share of robots that came within the emitter's range."""
     homing_interval: tuple[float, float]
@@ -95,6 +97,7 @@ class Summary:
     generations_planned: int
     complete: bool
     objectives: list[Objective]
+    descriptors: list[Descriptor]
     trials: list[Trial]
     front: list[FrontPoint]
     """Over all trials."""
@@ -135,12 +138,15 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
             last_generation=int(found.last_generation[i]),
             episodes=int(found.episodes[i]),
             objectives=dict(zip(names, found.objectives[i].tolist(), strict=True)),
+            descriptors={
+                one.name: _number(value) for one, value in zip(store.descriptors, found.descriptors[i], strict=True)
+            },
             homing_rate=float(found.homing_rate[i]),
             homing_interval=_interval(found.homing_rate[i], found.episodes[i]),
-            homing_time=_seconds(found.homing_time[i]),
+            homing_time=_number(found.homing_time[i]),
             push_rate=float(found.push_rate[i]),
             push_interval=_interval(found.push_rate[i], found.episodes[i]),
-            push_time=_seconds(found.push_time[i]),
+            push_time=_number(found.push_time[i]),
         )
         for i in best_first
     ]
@@ -242,8 +248,8 @@ def _interval(rate: float, episodes: int) -> tuple[float, float]:
     return wilson(float(rate) * int(episodes), int(episodes))
 
 
-def _seconds(time: float) -> float | None:
-    return None if np.isnan(time) else float(time)
+def _number(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)
 
 
 # ---- the run as a whole ----------------------------------------------------------------------------------------------
@@ -265,6 +271,7 @@ def summarise(store: Store) -> Summary:
         generations_planned=evolution.generations,
         complete=is_complete(store),
         objectives=list(store.objectives),
+        descriptors=list(store.descriptors),
         trials=[Trial(trial, front(store, trial), history(store, trial)) for trial in store.trials()],
         front=front(store),
         cost=Cost(**asdict(totals), simulated_seconds=totals.steps * settings.episode.control_period),

@@ -75,7 +75,7 @@ class Front(Sequence["Individual"]):
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """For each individual its objectives and what else is known of it, by name."""
+        """For each individual its objectives, its descriptors and what else is known of it, by name."""
         return [one.row for one in self._individuals]
 
     def frame(self) -> Any:
@@ -202,6 +202,7 @@ class Individual(Controller):
         self._folder, self._point = folder, point
         self.id = point.genome
         self.objectives = dict(point.objectives)
+        self.descriptors = dict(point.descriptors)
         self.generation = point.last_generation
         """In which it was last evaluated."""
 
@@ -209,7 +210,7 @@ class Individual(Controller):
     def row(self) -> dict[str, Any]:
         """What is known of it, by name."""
         known = dataclasses.asdict(self._point)
-        return {**known.pop("objectives"), **known}
+        return {**known.pop("objectives"), **known.pop("descriptors"), **known}
 
     def replay(
         self, *, seed: int | None = None, robots: int | None = None, set: Mapping[str, Any] | None = None

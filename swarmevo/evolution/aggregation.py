@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From an individual's episodes to one number for each objective: the mean in each world, then over the worlds.
+"""From an individual's episodes to one number for each objective or descriptor: a mean in each world, then over worlds.
 
 Episodes are added up in the order of their repeats, so the bits do not depend on how the work was cut.
 """
@@ -15,18 +15,20 @@ from swarmevo.evolution.results import Results
 from swarmevo.protocols import FloatArray, IntArray, Objective
 
 
-def world_sums(results: Results, individuals: int, worlds: int) -> tuple[FloatArray, IntArray]:
-    """Return the objectives' sums ``(individuals, worlds, m)``, and of how many episodes ``(individuals, worlds)``."""
-    sums = np.zeros((individuals, worlds, results["objective"].shape[1]))
+def world_sums(
+    results: Results, individuals: int, worlds: int, column: str = "objective"
+) -> tuple[FloatArray, IntArray]:
+    """Return a column's sums ``(individuals, worlds, m)``, and of how many episodes ``(individuals, worlds)``."""
+    sums = np.zeros((individuals, worlds, results[column].shape[1]))
     counts = np.zeros((individuals, worlds), dtype=np.intp)
     places = results.individual, results["world"].astype(np.intp)
-    np.add.at(sums, places, results["objective"])
+    np.add.at(sums, places, results[column])
     np.add.at(counts, places, 1)
     return sums, counts
 
 
 class OverWorlds:
-    """Makes one number for each objective of the means in each world (``evolution.over_worlds``).
+    """Makes one number for each objective of the means in each world (``evolution.over_worlds``); and of descriptors.
 
     Args:
         config: With ``worlds``, or one alone.
@@ -45,6 +47,24 @@ class OverWorlds:
         """Return ``(individuals, m)`` of episodes, at least one of each individual in each world."""
         sums, counts = world_sums(results, individuals, len(self.worlds))
         return self(sums / counts[..., np.newaxis])
+
+    def describe(self, results: Results, individuals: int) -> FloatArray:
+        """Return the descriptors ``(individuals, d)`` of episodes; NaN where all episodes failed."""
+        known = results.only(~np.isnan(results["descriptor"]).any(axis=1))
+        return self.descriptors(*world_sums(known, individuals, len(self.worlds), "descriptor"))
+
+    def descriptors(self, sums: FloatArray, counts: IntArray) -> FloatArray:
+        """Return ``(n, d)`` of sums ``(n, worlds, d)`` over so many episodes ``(n, worlds)``.
+
+        The mean over the worlds in which there are episodes, by the size of their weights: what a behaviour is like has
+        no opposite. Without any episode: NaN.
+        """
+        weights, total = np.abs(self._weights) * (counts > 0), np.zeros_like(sums[:, 0])
+        for world in range(len(self.worlds)):
+            total += weights[:, world, np.newaxis] * sums[:, world] / np.maximum(counts[:, world, np.newaxis], 1)
+        of_all = weights.sum(axis=1, keepdims=True)
+        found: FloatArray = np.divide(total, of_all, out=np.full_like(total, np.nan), where=of_all > 0)
+        return found
 
     def __call__(self, means: FloatArray) -> FloatArray:
         """Return ``(n, m)`` of the means in each world ``(n, worlds, m)``.

@@ -32,7 +32,7 @@ from swarmevo.evolution.jobs import Job, Setup
 from swarmevo.evolution.results import Place, Results, joined
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
 from swarmevo.plugins.team import never
-from swarmevo.protocols import BoolArray, FloatArray, GenomeSpace, IntArray, Objective
+from swarmevo.protocols import BoolArray, Descriptor, FloatArray, GenomeSpace, IntArray, Objective
 from swarmevo.simulation import EpisodeKey
 
 TELEMETRY_BYTES: Final = 64 * 2**20
@@ -45,12 +45,14 @@ LOCKSTEP_WORLDS: Final = 8
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What n genomes did in their episodes; m objectives."""
+    """What n genomes did in their episodes; m objectives, d descriptors."""
 
     episodes: Results
     """All of them, by individual and repeat."""
     costs: FloatArray
     """``(n, m)``: means in each world, then over the worlds (``aggregation.py``), all to be minimised."""
+    descriptors: FloatArray
+    """``(n, d)``: likewise, as measured; NaN where every episode failed."""
     seconds: float
     """From start to end."""
 
@@ -113,6 +115,11 @@ class Evaluator:
     def objectives(self) -> list[Objective]:
         """Of all fitness plugins, side by side, each with the widest range that it has in any world."""
         return self._setup.objectives
+
+    @property
+    def descriptors(self) -> list[Descriptor]:
+        """Likewise."""
+        return self._setup.descriptors
 
     @property
     def reference(self) -> FloatArray:
@@ -219,7 +226,8 @@ class Evaluator:
         """Return what all episodes of an evaluation mean; ``where``: of which generation they are, in words."""
         if all(episodes.faults):
             raise EvaluationError(f"{where}: every episode failed; individual 0, repeat 0: {episodes.faults[0]}")
-        return Evaluation(episodes, self._costs(episodes, individuals), seconds)
+        costs, descriptors = self._costs(episodes, individuals), self._over_worlds.describe(episodes, individuals)
+        return Evaluation(episodes, costs, descriptors, seconds)
 
     def _costs(self, episodes: Results, individuals: int) -> FloatArray:
         return to_costs(self.objectives, self._over_worlds.judge(episodes, individuals))

@@ -29,7 +29,7 @@ from swarmevo.evolution.identity import Identity, difference, identity
 from swarmevo.evolution.results import COLUMNS, Place, Results, joined
 from swarmevo.plugins.checked import check_together, widest
 from swarmevo.plugins.team import Team, never
-from swarmevo.protocols import CHANNELS, FloatArray
+from swarmevo.protocols import CHANNELS, Descriptor, FloatArray, Objective
 from swarmevo.simulation import EpisodeKey
 
 MOST_TEAMS: Final = 256
@@ -144,7 +144,11 @@ class Setup:
         teams = [self.team, *(self.team.in_world(world) for _, world in each_world(config))]
         self.objectives: Final = widest([team.objectives for team in teams])
         """Each with the widest range that it has in any world."""
-        check_together(self.objectives)
+        self.descriptors: Final = widest([team.descriptors for team in teams])
+        """Likewise."""
+        check_together(self.objectives, self.descriptors)
+        self._ranges: dict[str, Objective | Descriptor] = {one.name: one for one in self.objectives}
+        self._ranges.update({one.name: one for one in self.descriptors})
         self.robots: Final = max(team.robots for team in teams)
         steps = max(team.scene.info.control_steps for team in teams)
         largest = replace(self.team.scene.info, robots=self.robots)
@@ -206,13 +210,19 @@ class Setup:
             left["homing_time"] = np.pad(
                 done.homing_time, ((0, 0), (0, self.robots - team.robots)), constant_values=np.nan
             )
-        objectives = [team.judge(done, job.genomes, i, self.objectives) for i in range(len(job.episodes))]
-        return {**left, "objective": np.array(objectives)}
+        for name, measure in (("objective", team.judge), ("descriptor", team.describe)):
+            left[name] = np.array([measure(done, job.genomes, i, self._ranges) for i in range(len(job.episodes))])
+        return left
 
     def _empty(self, job: Job) -> dict[str, NDArray[Any]]:
         """Return what episodes leave that have failed."""
         k = len(job.episodes)
-        shape = {"": (k,), "robots": (k, self.robots), "objectives": (k, len(self.objectives))}
+        shape: dict[str, tuple[int, ...]] = {
+            "": (k,),
+            "robots": (k, self.robots),
+            "objectives": (k, len(self.objectives)),
+            "descriptors": (k, len(self.descriptors)),
+        }
         left = {column.name: np.full(shape[column.axis], column.failed, dtype=column.dtype) for column in COLUMNS}
         left["objective"][:] = [objective.worst for objective in self.objectives]
         left["world"][:] = [self.worlds.number_of(key.repeat) for key in job.episodes]
@@ -233,7 +243,8 @@ class Setup:
         )
 
 
-_SIMULATED: Final = [column.name for column in COLUMNS if column.name not in ("world", "robots", "objective")]
+_NOT_SIMULATED: Final = ("world", "robots", "objective", "descriptor")
+_SIMULATED: Final = [column.name for column in COLUMNS if column.name not in _NOT_SIMULATED]
 """What the simulator tells of an episode."""
 
 

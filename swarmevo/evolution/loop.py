@@ -202,7 +202,8 @@ class _Run:
         genomes = np.concatenate([asked, self._again(asked, refining)])
         evaluation = self._evaluate(genomes, trial, generation, racing=0 if refining else len(asked))
         if not refining:
-            optimiser.tell(generation, asked, evaluation.costs[: len(asked)])
+            of_asked = slice(len(asked))
+            optimiser.tell(generation, asked, evaluation.costs[of_asked], evaluation.descriptors[of_asked])
         evaluated = Generation(genomes, evaluation.episodes)
         self._journal.append(trial, generation, evaluated, optimiser.state(generation))
         if self._archive is not None:

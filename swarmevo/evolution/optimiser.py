@@ -15,7 +15,15 @@ from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.state import encode_state
 from swarmevo.plugins.calls import blamed, message, one_line
 from swarmevo.plugins.checked import plugin_title
-from swarmevo.protocols import AnsweringOptimiser, FloatArray, GenomeSpace, Optimiser, StartableOptimiser
+from swarmevo.protocols import (
+    AnsweringOptimiser,
+    FloatArray,
+    GenomeSpace,
+    Optimiser,
+    Problem,
+    StartableOptimiser,
+    takes_descriptors,
+)
 
 OPTIMISER_STREAM: Final = 0x0B7
 """Sets the optimiser's random numbers apart from the episodes'."""
@@ -41,7 +49,9 @@ class CheckedOptimiser:
             config.evolution.population,
             len(evaluator.objectives),
             rng,
+            problem=Problem(tuple(evaluator.objectives), tuple(evaluator.descriptors)),
         )
+        self._takes_descriptors = takes_descriptors(self._made)
 
     def restore(self, state: Mapping[str, Any] | None, generation: int) -> None:
         """Continue from a stored state; None: begin."""
@@ -98,9 +108,10 @@ class CheckedOptimiser:
             return f"expected finite numbers, got {genomes[row, column]} in genome {row}, gene {column}"
         return ""
 
-    def tell(self, generation: int, genomes: FloatArray, costs: FloatArray) -> None:
-        """Tell the costs ``(n, m)`` of the genomes just asked for."""
-        self._call("tell", generation, _given(genomes), _given(costs))
+    def tell(self, generation: int, genomes: FloatArray, costs: FloatArray, descriptors: FloatArray) -> None:
+        """Tell the costs ``(n, m)`` of the genomes just asked for, and their descriptors ``(n, d)`` if it takes any."""
+        more = [_given(descriptors)] if self._takes_descriptors else []
+        self._call("tell", generation, _given(genomes), _given(costs), *more)
 
     def state(self, generation: int) -> str:
         """Return the optimiser's state as it is stored."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Literal, TypeAlias
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +18,25 @@ from swarmevo.protocols import BoolArray, FloatArray, IntArray
 
 Place: TypeAlias = tuple[int, int]
 """Of an episode in its generation: individual and repeat, from 0."""
-Axis = Literal["", "objectives", "robots"]
+Axis = Literal["", "objectives", "descriptors", "robots"]
+
+
+class Sizes(NamedTuple):
+    """How long the axes of columns are in a run."""
+
+    objectives: int
+    robots: int
+    """In the largest team of any world."""
+    descriptors: int = 0
 
 
 @dataclass(frozen=True)
 class Column:
-    """Something that every episode leaves: a number, or one for each objective or robot."""
+    """Something that every episode leaves: a number, or one for each objective, descriptor or robot."""
 
     name: str
-    """As :class:`swarmevo.simulation.Episodes` has it; but for ``objective``, which is judged, and ``world``."""
+    """As :class:`swarmevo.simulation.Episodes` has it; but for what is judged, ``objective`` and ``descriptor``, and
+    ``world``."""
     dtype: type[np.generic]
     axis: Axis
     meaning: str
@@ -35,11 +45,11 @@ class Column:
     """Of an episode that failed; of objectives their worst, of its world and robots what they are. NaN: the cell may be
     empty."""
 
-    def cells(self, objectives: int, robots: int) -> list[str]:
+    def cells(self, sizes: Sizes) -> list[str]:
         """Return the names of an episode's cells in this column."""
         if not self.axis:
             return [self.name]
-        return [f"{self.name}_{i}" for i in range(objectives if self.axis == "objectives" else robots)]
+        return [f"{self.name}_{i}" for i in range(getattr(sizes, self.axis))]
 
     @property
     def may_be_empty(self) -> bool:
@@ -51,6 +61,7 @@ COLUMNS: Final = (
     Column("world", np.uint32, "", "number in the configuration's `worlds`, from 0", 0),
     Column("robots", np.uint32, "", "in the team", 0),
     Column("objective", np.float64, "objectives", "as measured in this episode, in its own direction", 0.0),
+    Column("descriptor", np.float64, "descriptors", "as measured in this episode; empty: it failed", np.nan),
     Column("push_time", np.float64, "", "first touch of box and target wall [s]; empty: never", np.nan),
     Column(
         "homing_time",
@@ -77,9 +88,9 @@ class Results:
     repeat: IntArray
     """``(k,)``: from 0."""
     values: Mapping[str, NDArray[Any]]
-    """For each of :data:`COLUMNS` ``(k,)``, ``(k, objectives)`` or ``(k, robots)``."""
+    """For each of :data:`COLUMNS` ``(k,)``, ``(k, objectives)``, ``(k, descriptors)`` or ``(k, robots)``."""
     faults: tuple[str, ...]
-    """``k``: why each failed; "" where it did not. It has the worst objectives and the hash 0."""
+    """``k``: why each failed; "" where it did not. It has the worst objectives, no descriptors and the hash 0."""
     seconds: float
     """That they took."""
 

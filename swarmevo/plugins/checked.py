@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from swarmevo import plugins, returned, simulation
 from swarmevo.config import Config, Team
 from swarmevo.errors import EvaluationError, Interrupted, InvalidArgument, SwarmevoError
 from swarmevo.plugins.calls import blamed, one_line
-from swarmevo.plugins.registry import individual_space
+from swarmevo.plugins.registry import has, individual_space
 from swarmevo.protocols import (
     CHANNELS,
     Compiled,
     Controller,
+    Descriptor,
     ExplainedFitness,
     Fitness,
     FloatArray,
@@ -29,6 +30,10 @@ from swarmevo.protocols import (
     SceneInfo,
     Telemetry,
 )
+
+Measured = TypeVar("Measured", Objective, Descriptor)
+Ranges: TypeAlias = Mapping[str, Objective | Descriptor]
+"""By the name of an objective or a descriptor: that with the range in which its values must be."""
 
 
 class CheckedController:
@@ -120,7 +125,11 @@ class CheckedFitness:
         self._name, self._options = name, options
         self._made: Fitness = plugins.create("fitness", name, options, scene=scene)
         self.channels: tuple[str, ...] = _call(self._title, "channels", lambda: tuple(self._made.channels))
-        self.objectives = self._checked_objectives()
+        self._describes = self._is_describing()
+        self.objectives = self._checked("objectives", returned.objective)
+        self.descriptors = self._checked("descriptors", returned.descriptor) if self._describes else ()
+        if not self.objectives and not self.descriptors:
+            raise EvaluationError(f"{self._title}: objectives: expected at least one, got none")
         self._check_channels()
 
     def in_scene(self, scene: SceneInfo) -> CheckedFitness:
@@ -133,18 +142,26 @@ class CheckedFitness:
         if not plugins.takes("fitness", self._name, "scene"):
             return self
         other = CheckedFitness(self._name, self._options, scene)
-        if list(map(_kind, other.objectives)) != list(map(_kind, self.objectives)):
-            raise EvaluationError(
-                f"{self._title}: objectives: expected the same in all worlds, but for their ranges, got "
-                f"{self.objectives} and {other.objectives}"
-            )
+        for what in ("objectives", "descriptors"):
+            here, there = getattr(self, what), getattr(other, what)
+            if list(map(_kind, here)) != list(map(_kind, there)):
+                raise EvaluationError(
+                    f"{self._title}: {what}: expected the same in all worlds, but for their ranges, got {here} and "
+                    f"{there}"
+                )
         return other
 
-    def _checked_objectives(self) -> tuple[Objective, ...]:
-        given = _call(self._title, "objectives", lambda: tuple(self._made.objectives))
-        if not given:
-            raise EvaluationError(f"{self._title}: objectives: expected at least one, got none")
-        return tuple(_check(self._title, "objectives", returned.objective, one) for one in given)
+    def _is_describing(self) -> bool:
+        names = ("descriptors", "describe")
+        found = _call(self._title, "descriptors", lambda: [name for name in names if has(self._made, name)])
+        if len(found) == 1:
+            raise EvaluationError(f"{self._title}: descriptors: expected {' and '.join(names)}, got {found[0]} alone")
+        return bool(found)
+
+    def _checked(self, what: str, check: Callable[[object], Any]) -> tuple[Any, ...]:
+        """Return what it measures, checked one by one."""
+        given = _call(self._title, what, lambda: tuple(getattr(self._made, what)))
+        return tuple(_check(self._title, what, check, one) for one in given)
 
     def _check_channels(self) -> None:
         unknown = [channel for channel in self.channels if channel not in list(CHANNELS)]
@@ -158,14 +175,33 @@ class CheckedFitness:
         telemetry: Telemetry,
         genomes: FloatArray,
         controller: Controller,
-        ranges: Sequence[Objective] | None = None,
+        ranges: Ranges | None = None,
     ) -> FloatArray:
         """Return the objectives ``(m,)`` of one episode, which must be in these ``ranges``; None: whatever they are."""
         values = _call(self._title, "evaluate", self._made.evaluate, telemetry, genomes, controller)
-        objectives = _numbers(self._title, "evaluate", values, (1, len(self.objectives)))
+        return self._measured("evaluate", values, self.objectives, ranges)
+
+    def describe(
+        self,
+        telemetry: Telemetry,
+        genomes: FloatArray,
+        controller: Controller,
+        ranges: Ranges | None = None,
+    ) -> FloatArray:
+        """Return the descriptors ``(d,)`` of one episode; as :meth:`evaluate`."""
+        if not self._describes:
+            return np.empty(0)
+        made: Any = self._made
+        values = _call(self._title, "describe", made.describe, telemetry, genomes, controller)
+        return self._measured("describe", values, self.descriptors, ranges)
+
+    def _measured(
+        self, method: str, values: object, measured: Sequence[Objective | Descriptor], ranges: Ranges | None
+    ) -> FloatArray:
+        found = _numbers(self._title, method, values, (1, len(measured)))
         if ranges is not None:
-            _check(self._title, "evaluate", returned.check_range, objectives, ranges)
-        only: FloatArray = objectives[0]
+            _check(self._title, method, returned.check_range, found, [ranges[one.name] for one in measured])
+        only: FloatArray = found[0]
         return only
 
     def terms(self, telemetry: Telemetry, steps: int) -> Mapping[str, FloatArray] | None:
@@ -208,31 +244,36 @@ def _numbers(title: str, method: str, values: object, shape: tuple[int, ...]) ->
     return found
 
 
-def _kind(objective: Objective) -> tuple[str, str, str]:
-    """Return what an objective is, whatever its range."""
-    return objective.name, objective.direction, objective.of
+def _kind(measured: Objective | Descriptor) -> tuple[str, ...]:
+    """Return what is measured, whatever its range."""
+    if isinstance(measured, Descriptor):
+        return (measured.name,)
+    return measured.name, measured.direction, measured.of
 
 
-def widest(worlds: Sequence[Sequence[Objective]]) -> list[Objective]:
-    """Return the objectives of several worlds, which differ in their ranges alone, with the widest range of each."""
+def widest(worlds: Iterable[Sequence[Measured]]) -> list[Measured]:
+    """Return what is measured in several worlds, where only ranges differ, with the widest range of each."""
     return [
         dataclasses.replace(same[0], range=(min(one.range[0] for one in same), max(one.range[1] for one in same)))
         for same in zip(*worlds, strict=True)
     ]
 
 
-def check_together(objectives: Sequence[Objective]) -> None:
-    """Refuse two objectives of one name, and ranges whose hypervolume is no finite number.
+def check_together(objectives: Sequence[Objective], descriptors: Sequence[Descriptor]) -> None:
+    """Refuse no objective, two of one name among all, and ranges whose hypervolume is no finite number.
 
     Raises:
         EvaluationError: There are.
     """
+    if not objectives:
+        raise EvaluationError("fitness: expected at least one objective, got none; choose another plugin beside")
     if not math.isfinite(math.prod(high - low for low, high in (objective.range for objective in objectives))):
         raise EvaluationError("fitness: expected ranges of objectives whose product is finite; make them narrower")
-    names = [objective.name for objective in objectives]
+    names = [*(one.name for one in objectives), *(one.name for one in descriptors)]
     for name in names:
         if names.count(name) > 1:
-            raise EvaluationError(f"fitness: two objectives are named {name!r}; choose plugins or options that differ")
+            what = "objectives or descriptors" if descriptors else "objectives"
+            raise EvaluationError(f"fitness: two {what} are named {name!r}; choose plugins or options that differ")
 
 
 def _one(parts: Sequence[NativePolicies]) -> NativePolicies:

@@ -29,7 +29,7 @@ HOST_PARAMETERS = {
     "optimiser": ("space", "population", "objectives", "rng"),
 }
 """What the host passes to each kind's factory, in this order."""
-OFFERED_PARAMETERS = {"controller": (), "fitness": ("scene",), "optimiser": ()}
+OFFERED_PARAMETERS = {"controller": (), "fitness": ("scene",), "optimiser": ("problem",)}
 """What it passes by name to the factories that have such a parameter; all others are options."""
 
 Factory = Callable[..., Any]

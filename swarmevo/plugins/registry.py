@@ -34,7 +34,9 @@ from swarmevo.protocols import (
     Fitness,
     GenomeSpace,
     NativeController,
+    Objective,
     Optimiser,
+    Problem,
     PythonController,
 )
 
@@ -52,6 +54,12 @@ _PROTOCOLS: dict[str, tuple[type, ...]] = {
 }
 
 _ANY_SPACE = GenomeSpace((Block("genome", (8,)),))
+_ANY_PROBLEM = Problem((Objective("one", "minimise", (0.0, 1.0)), Objective("two", "minimise", (0.0, 1.0))))
+_ANY_OFFER: Mapping[str, Mapping[str, Any]] = {
+    "controller": {},
+    "fitness": {"scene": scene_info(Config())},
+    "optimiser": {"problem": _ANY_PROBLEM},
+}
 
 
 @dataclass(frozen=True)
@@ -236,11 +244,11 @@ def option_errors(config: Config) -> list[str]:
     judges = _try_all("fitness", config.fitness, errors, scene=scene_info(config))
     try:
         space = _space(config, *controllers.values())
-        objectives = sum(_objectives(name, judge) for name, judge in judges.items()) or 1
+        problem = _problem(judges)
     except PluginError as error:
         return [*errors, *error.errors]
-    host = (space, config.evolution.population, objectives, np.random.default_rng(0))
-    _try_all("optimiser", config.optimiser, errors, *host)
+    host = (space, config.evolution.population, len(problem.objectives), np.random.default_rng(0))
+    _try_all("optimiser", config.optimiser, errors, *host, problem=problem)
     return errors
 
 
@@ -266,10 +274,18 @@ def _space(config: Config, controller: Controller | None = None) -> GenomeSpace:
         return individual_space(returned.space(controller.space(scene_info(config))), config.team)
 
 
-def _objectives(name: str, judge: Fitness) -> int:
-    """Return how many objectives a fitness function has."""
-    with blamed(lambda error: PluginError(f"fitness.{name}: objectives: {_reason(error)}")):
-        return len(judge.objectives)
+def _problem(judges: Mapping[str, Fitness]) -> Problem:
+    """Return the problem that the optimiser will see, or any if no fitness function can be made."""
+    objectives = [one for name, judge in judges.items() for one in _measured(name, judge, "objectives")]
+    descriptors = [one for name, judge in judges.items() for one in _measured(name, judge, "descriptors")]
+    return Problem(tuple(objectives) or _ANY_PROBLEM.objectives, tuple(descriptors))
+
+
+def _measured(name: str, judge: Fitness, what: str) -> list[Any]:
+    """Return a fitness function's objectives, or its descriptors, of which it may have none."""
+    check = {"objectives": returned.objective, "descriptors": returned.descriptor}[what]
+    with blamed(lambda error: PluginError(f"fitness.{name}: {what}: {_reason(error)}")):
+        return [check(one) for one in (getattr(judge, what) if has(judge, what) else ())]
 
 
 def individual_space(robot: GenomeSpace, team: Team) -> GenomeSpace:
@@ -300,8 +316,7 @@ def _report(entry: PluginEntry) -> Report:
         options = tuple(str(option.parameter) for option in known)
         if not any(option.is_required for option in known):
             host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
-            offered = {"scene": scene_info(Config())} if entry.kind == "fitness" else {}
-            _make(entry, factory, {}, *host, **taken_of(factory, offered))
+            _make(entry, factory, {}, *host, **taken_of(factory, _ANY_OFFER[entry.kind]))
         find(entry.kind, entry.name)
         return Report(entry, options, None)
     except PluginError as error:
@@ -333,10 +348,10 @@ def _option_errors(entry: PluginEntry, known: Sequence[Option], given: Mapping[s
 def _lacking(plugin: object, protocol: type) -> str:
     """Return the names in ``protocol`` that a plugin does not have."""
     names = {name for base in protocol.__mro__ for name in vars(base) if not name.startswith("_")}
-    return ", ".join(sorted(name for name in names if not _has(plugin, name)))
+    return ", ".join(sorted(name for name in names if not has(plugin, name)))
 
 
-def _has(plugin: object, name: str) -> bool:
+def has(plugin: object, name: str) -> bool:
     """Return whether a plugin has an attribute, without asking a property, which may raise, what it is."""
     return inspect.getattr_static(plugin, name, None) is not None or hasattr(plugin, name)
 

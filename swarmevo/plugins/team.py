@@ -20,10 +20,19 @@ from swarmevo.plugins.checked import (
     CheckedController,
     CheckedFitness,
     JudgedController,
+    Ranges,
     check_together,
 )
 from swarmevo.plugins.registry import individual_space, option_errors, settled_options
-from swarmevo.protocols import FeedForward, FloatArray, GenomeSpace, NativePolicies, Objective, Telemetry
+from swarmevo.protocols import (
+    Descriptor,
+    FeedForward,
+    FloatArray,
+    GenomeSpace,
+    NativePolicies,
+    Objective,
+    Telemetry,
+)
 from swarmevo.simulation import EpisodeKey, Episodes
 
 
@@ -74,7 +83,7 @@ class Team:
         self.robots = self.scene.info.robots
         self._controller = CheckedController(settings, self.scene.info)
         self._fitness = [CheckedFitness(name, options, self.scene.info) for name, options in settings.fitness.items()]
-        check_together(self.objectives)
+        check_together(self.objectives, self.descriptors)
         self.space: GenomeSpace = individual_space(self._controller.space, settings.team)
         """The layout of an individual: of one robot, or, where each robot has its own genome, of the team."""
         self._judged = JudgedController(self._controller, settings.team)
@@ -105,6 +114,11 @@ class Team:
     def objectives(self) -> list[Objective]:
         """Of all fitness functions, side by side, with the ranges that they have in this world."""
         return [objective for fitness in self._fitness for objective in fitness.objectives]
+
+    @property
+    def descriptors(self) -> list[Descriptor]:
+        """Likewise."""
+        return [descriptor for fitness in self._fitness for descriptor in fitness.descriptors]
 
     @property
     def channels(self) -> list[str]:
@@ -174,27 +188,34 @@ class Team:
         except simulation.InvalidArgument as error:
             raise EvaluationError(f"{self._controller.title}: its policies were refused: {error}") from error
 
-    def judge(
-        self, done: Episodes, genomes: FloatArray, i: int, ranges: Sequence[Objective] | None = None
-    ) -> FloatArray:
+    def judge(self, done: Episodes, genomes: FloatArray, i: int, ranges: Ranges | None = None) -> FloatArray:
         """Return the objectives ``(m,)`` of episode i, in which ``genomes[i]`` acted.
 
         Args:
             done: The episodes.
             genomes: ``(n, space.size)``.
             i: From 0.
-            ranges: The objectives in whose ranges the values must be; None: whatever they are.
+            ranges: In which each value must be; None: whatever it is.
 
         Raises:
             EvaluationError: A fitness function failed, or a value is out of its range.
         """
-        genome, found, start = genomes[i : i + 1], [], 0
-        for fitness in self._fitness:
-            end = start + len(fitness.objectives)
-            telemetry, allowed = self._alone(done, i, fitness.channels), ranges and ranges[start:end]
-            found.append(fitness.evaluate(telemetry, genome.copy(), self._judged, allowed))
-            start = end
-        return np.concatenate(found)
+        return self._measured(CheckedFitness.evaluate, done, genomes, i, ranges)
+
+    def describe(self, done: Episodes, genomes: FloatArray, i: int, ranges: Ranges | None = None) -> FloatArray:
+        """Return the descriptors ``(d,)`` of episode i; as :meth:`judge`."""
+        return self._measured(CheckedFitness.describe, done, genomes, i, ranges)
+
+    def _measured(
+        self, ask: Callable[..., FloatArray], done: Episodes, genomes: FloatArray, i: int, ranges: Ranges | None
+    ) -> FloatArray:
+        genome = genomes[i : i + 1]
+        return np.concatenate(
+            [
+                ask(fitness, self._alone(done, i, fitness.channels), genome.copy(), self._judged, ranges)
+                for fitness in self._fitness
+            ]
+        )
 
     def terms(self, done: Episodes, i: int) -> tuple[int, Mapping[str, FloatArray]]:
         """Return the parts of an objective in episode i, ``(steps done,)`` each, and that objective's number.

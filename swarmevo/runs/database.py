@@ -16,15 +16,17 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from swarmevo.errors import OutputError, StoreError
-from swarmevo.protocols import Objective
+from swarmevo.evolution.results import Sizes
+from swarmevo.protocols import Descriptor, Objective
 from swarmevo.runs import checksums
 from swarmevo.runs.files import refusal
-from swarmevo.runs.schema import APPLICATION_ID, SCHEMA_VERSION, tables
+from swarmevo.runs.schema import APPLICATION_ID, DESCRIBED_VERSION, SCHEMA_VERSION, tables, version_of
 
 DATABASE_FILE: Final = "run.sqlite"
 
 RUN: Final = "SELECT seed, robots, config_sha256, next_config_sha256, sha256 FROM run"
 OBJECTIVES: Final = "SELECT name, direction, low, high, basis FROM objective ORDER BY number"
+DESCRIPTORS: Final = "SELECT name, low, high FROM descriptor ORDER BY number"
 
 _PAGE_SIZE: Final = 16384  # [bytes]: six of the paper's genomes; of the usual 4 KiB one would leave a third empty
 _LONGEST_PATH: Final = 504  # [bytes] that SQLite takes
@@ -38,6 +40,7 @@ def create_database(
     objectives: Sequence[Objective],
     robots: int,
     seed: int,
+    descriptors: Sequence[Descriptor] = (),
 ) -> None:
     """Make the database of a new run, which has no generation yet.
 
@@ -48,14 +51,19 @@ def create_database(
         objectives: In the order of the objectives' axis.
         robots: In the team.
         seed: Of everything random in the run.
+        descriptors: In the order of the descriptors' axis.
     """
+    sizes = Sizes(len(objectives), robots, len(descriptors))
     with contextlib.closing(sqlite3.connect(_place(path), isolation_level=None)) as database:
         database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
-        database.executescript(f"BEGIN; {tables(len(objectives), robots)}")
+        database.executescript(f"BEGIN; {tables(sizes)}")
         database.executemany(
             "INSERT INTO objective VALUES (?, ?, ?, ?, ?, ?)",
             [(k, o.name, o.direction, *o.range, o.of) for k, o in enumerate(objectives)],
         )
+        if descriptors:
+            rows = [(k, one.name, *one.range) for k, one in enumerate(descriptors)]
+            database.executemany("INSERT INTO descriptor VALUES (?, ?, ?, ?)", rows)
         insert_session(database, provenance)
         database.execute("INSERT INTO run VALUES (?, ?, ?, NULL, x'')", (seed, robots, config_sha256))
         seal_run(database)
@@ -68,11 +76,17 @@ def insert_session(database: sqlite3.Connection, provenance: Mapping[str, Any]) 
     database.execute("INSERT INTO session (provenance, sha256) VALUES (?, ?)", (text, checksums.of_rows([[text]])))
 
 
+def measured(database: sqlite3.Connection) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
+    """Return the rows of :data:`OBJECTIVES` and of :data:`DESCRIPTORS`, of which there may be none."""
+    (version,) = database.execute("PRAGMA user_version").fetchone()
+    objectives = database.execute(OBJECTIVES).fetchall()
+    return objectives, database.execute(DESCRIPTORS).fetchall() if version == DESCRIBED_VERSION else []
+
+
 def seal_run(database: sqlite3.Connection) -> None:
     """Give what is known of the whole run its checksum."""
     *run, _ = database.execute(RUN).fetchone()
-    objectives = database.execute(OBJECTIVES).fetchall()
-    database.execute("UPDATE run SET sha256 = ?", (checksums.of_run(run, objectives),))
+    database.execute("UPDATE run SET sha256 = ?", (checksums.of_run(run, *measured(database)),))
 
 
 # ---- opening ---------------------------------------------------------------------------------------------------------
@@ -177,14 +191,21 @@ def _check_schema(folder: Path, database: sqlite3.Connection) -> None:
     (version,) = database.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID:
         raise StoreError(f"{folder}: {DATABASE_FILE} is not a run of swarmevo")
-    if version != SCHEMA_VERSION:
+    if version not in (SCHEMA_VERSION, DESCRIBED_VERSION):
         needed = "a newer" if version > SCHEMA_VERSION else "an older"
         raise StoreError(
-            f"{folder}: expected schema version {SCHEMA_VERSION}, got {version}; use {needed} swarmevo for this run"
+            f"{folder}: expected schema version {SCHEMA_VERSION} or {DESCRIBED_VERSION}, got {version}; "
+            f"use {needed} swarmevo for this run"
         )
     episode = next((str(sql) for _, name, _, sql in schema_of(database) if name == "episode"), "")
-    objectives, robots = (len(re.findall(rf"^ +{cell}_\d+ ", episode, re.M)) for cell in ("objective", "homing_time"))
-    check_tables(database, tables(objectives, robots), f"{folder}: expected the tables of a run in {DATABASE_FILE}")
+    cells = ("objective", "homing_time", "descriptor")
+    sizes = Sizes(*(len(re.findall(rf"^ +{cell}_\d+ ", episode, re.M)) for cell in cells))
+    if version != version_of(sizes):
+        raise StoreError(
+            f"{folder}: expected descriptors in a run of schema version {DESCRIBED_VERSION} alone, got "
+            f"{sizes.descriptors} of them in one of version {version}; restore it from a copy"
+        )
+    check_tables(database, tables(sizes), f"{folder}: expected the tables of a run in {DATABASE_FILE}")
 
 
 def schema_of(database: sqlite3.Connection) -> list[tuple[str, str, str, str]]:

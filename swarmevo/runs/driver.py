@@ -58,7 +58,14 @@ def begin(
         for chosen in _default_folders(name, config) if folder is None else [Path(folder)]:
             try:
                 Store.create(
-                    chosen, text, origin, evaluator.objectives, evaluator.robots, evaluator.seed, start
+                    chosen,
+                    text,
+                    origin,
+                    evaluator.objectives,
+                    evaluator.robots,
+                    evaluator.seed,
+                    start,
+                    evaluator.descriptors,
                 ).close()
             except FolderExistsError:
                 if folder is not None:
@@ -215,13 +222,13 @@ def _changed(store: Store, entries: Sequence[PluginEntry]) -> str:
 
 
 def check_names(evaluator: Evaluator) -> None:
-    """Refuse objectives whose names are not theirs alone in the exports.
+    """Refuse objectives and descriptors whose names are not theirs alone in the exports.
 
     Raises:
         ConfigError: There is one.
     """
     try:
-        export.check_names(evaluator.objectives, evaluator.robots)
+        export.check_names([*evaluator.objectives, *evaluator.descriptors], evaluator.robots)
     except ExportError as error:
         raise ConfigError(*error.errors) from error
 
@@ -232,8 +239,9 @@ def check_objectives(store: Store, evaluator: Evaluator) -> None:
     Raises:
         StoreError: They do.
     """
-    if (now := tuple(evaluator.objectives)) != store.objectives:
-        raise StoreError(
-            f"{store.folder}: expected the objectives {store.objectives}, the plugins now have {now}; "
-            "install the versions of the plugins that the run began with"
-        )
+    for what in ("objectives", "descriptors"):
+        if (now := tuple(getattr(evaluator, what))) != (then := getattr(store, what)):
+            raise StoreError(
+                f"{store.folder}: expected the {what} {then}, the plugins now have {now}; "
+                "install the versions of the plugins that the run began with"
+            )

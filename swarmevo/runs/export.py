@@ -13,10 +13,10 @@ import numpy as np
 from swarmevo._version import __version__
 from swarmevo.config import Config, scene_info
 from swarmevo.errors import ExportError
-from swarmevo.evolution.results import COLUMNS, Column
+from swarmevo.evolution.results import COLUMNS, Column, Sizes
 from swarmevo.plugins.team import Team
 from swarmevo.printable import printable
-from swarmevo.protocols import FloatArray, Objective
+from swarmevo.protocols import Descriptor, FloatArray, Objective
 from swarmevo.runs.networks import Network, as_c, literal, plain, template
 from swarmevo.runs.networks import networks as native_networks
 from swarmevo.runs.store import Store
@@ -47,18 +47,19 @@ AFTER: Final = {
 """Those behind."""
 
 
-def check_names(objectives: Sequence[Objective], robots: int) -> None:
-    """Refuse objectives that have the name of another column, so that no two columns have one name.
+def check_names(measured: Sequence[Objective | Descriptor], robots: int) -> None:
+    """Refuse objectives and descriptors that have the name of another column, so that no two columns have one name.
 
     Raises:
         ExportError: One has.
     """
-    cells = [cell for column in COLUMNS if column.axis != "objectives" for cell in column.cells(0, robots)]
-    taken = {*BEFORE, *cells, *AFTER}
-    for one in objectives:
+    sizes = Sizes(objectives=0, robots=robots)
+    taken = {*BEFORE, *(cell for column in COLUMNS for cell in column.cells(sizes)), *AFTER}
+    for one in measured:
         if one.name in taken:
+            what = "descriptor" if isinstance(one, Descriptor) else "objective"
             raise ExportError(
-                f"objective {one.name}: expected another name than that of a column of the exports; rename it in its "
+                f"{what} {one.name}: expected another name than that of a column of the exports; rename it in its "
                 "fitness plugin"
             )
 
@@ -67,22 +68,26 @@ def columns(store: Store) -> dict[str, str]:
     """Return the columns of :func:`episodes` with their meanings, in order.
 
     Raises:
-        ExportError: An objective has the name of another column.
+        ExportError: An objective or a descriptor has the name of another column.
     """
-    check_names(store.objectives, store.robots)
+    check_names([*store.objectives, *store.descriptors], store.robots)
     return {**BEFORE, **{name: meaning for column in COLUMNS for name, meaning in _cells(store, column)}, **AFTER}
 
 
 def _cells(store: Store, column: Column) -> Iterator[tuple[str, str]]:
-    """Yield name and meaning of each cell of a column; an objective has its own name."""
+    """Yield name and meaning of each cell of a column; objectives and descriptors have their own names."""
     if column.axis == "objectives":
         for one in store.objectives:
             low, high = one.range
             yield one.name, f"objective, to {one.direction}, from {low:g} to {high:g}; {column.meaning}"
+    elif column.axis == "descriptors":
+        for each in store.descriptors:
+            low, high = each.range
+            yield each.name, f"descriptor, from {low:g} to {high:g}; {column.meaning}"
     elif column.dtype is np.uint64:
         yield column.name, f"{column.meaning}, as 16 hexadecimal digits"
     else:
-        yield from ((cell, column.meaning) for cell in column.cells(len(store.objectives), store.robots))
+        yield from ((cell, column.meaning) for cell in column.cells(store.sizes))
 
 
 def episodes(store: Store) -> Iterator[tuple[Any, ...]]:
@@ -95,8 +100,7 @@ def episodes(store: Store) -> Iterator[tuple[Any, ...]]:
 def _generation(store: Store, trial: int, number: int) -> Iterator[tuple[Any, ...]]:
     stored, genomes = store.generation(trial, number).episodes, store.genome_ids(trial, number)
     sessions = store.sessions(trial, number)
-    sizes = len(store.objectives), store.robots
-    hexadecimal = [column.dtype is np.uint64 for column in COLUMNS for _ in column.cells(*sizes)]
+    hexadecimal = [column.dtype is np.uint64 for column in COLUMNS for _ in column.cells(store.sizes)]
     for i, (individual, repeat, *cells) in enumerate(stored.rows()):
         shown = (f"{cell:016x}" if as_hex else cell for cell, as_hex in zip(cells, hexadecimal, strict=True))
         fault = stored.faults[i] or None
@@ -134,6 +138,7 @@ def write_json(store: Store, out: TextIO) -> None:
         "config": store.config.model_dump(mode="json"),
         "sessions": sessions,
         "objectives": [{"name": o.name, "direction": o.direction, "range": list(o.range)} for o in store.objectives],
+        "descriptors": [{"name": one.name, "range": list(one.range)} for one in store.descriptors],
         "columns": columns(store),
     }
     out.write("{\n")

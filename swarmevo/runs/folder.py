@@ -15,9 +15,10 @@ import numpy as np
 
 from swarmevo.config import Config, load
 from swarmevo.errors import StoreError
-from swarmevo.protocols import FloatArray, Objective
+from swarmevo.evolution.results import Sizes
+from swarmevo.protocols import Descriptor, FloatArray, Objective
 from swarmevo.runs import checksums, integrity
-from swarmevo.runs.database import ADVICE, DATABASE_FILE, OBJECTIVES, RUN, damaged, explained
+from swarmevo.runs.database import ADVICE, DATABASE_FILE, RUN, damaged, explained, measured
 from swarmevo.runs.schema import episode_columns, in_flight_columns
 
 CONFIG_FILE: Final = "config.yaml"
@@ -66,7 +67,8 @@ class RunFolder:
         self._database: Final = database
         self._is_checked = False
         with explained(folder):
-            self.seed, self.robots, self._config_sha256, self._next_config_sha256, self.objectives = self._run()
+            run, self.objectives, self.descriptors = self._run()
+            self.seed, self.robots, self._config_sha256, self._next_config_sha256 = run
             self._check_config()
 
     @property
@@ -89,7 +91,7 @@ class RunFolder:
             digest = checksums.sha256(self.config_path.read_bytes())
             if digest in (self._config_sha256, self._next_config_sha256):
                 return
-            *_, self._config_sha256, self._next_config_sha256, _ = self._run()
+            (*_, self._config_sha256, self._next_config_sha256), *_ = self._run()
         raise StoreError(
             f"{self.config_path}: was changed since the run began; undo that, or restore it from a copy. "
             "Another world is tried with --set"
@@ -171,20 +173,32 @@ class RunFolder:
 
     @property
     def _episode_columns(self) -> list[str]:
-        return episode_columns(len(self.objectives), self.robots)
+        return episode_columns(self.sizes)
 
     @property
     def _in_flight_columns(self) -> list[str]:
-        return in_flight_columns(len(self.objectives), self.robots)
+        return in_flight_columns(self.sizes)
 
-    def _run(self) -> tuple[int, int, str, str | None, tuple[Objective, ...]]:
-        """Return what is known of the whole run: seed, robots, digests of the configuration, objectives."""
-        runs, objectives = self._rows(RUN), self._rows(OBJECTIVES)
+    @property
+    def sizes(self) -> Sizes:
+        """Of what an episode leaves."""
+        return Sizes(len(self.objectives), self.robots, len(self.descriptors))
+
+    def _run(self) -> tuple[tuple[int, int, str, str | None], tuple[Objective, ...], tuple[Descriptor, ...]]:
+        """Return what is known of the whole run: seed, robots and digests of the configuration; what is measured."""
+        runs = self._rows(RUN)
+        with explained(self.folder):
+            objectives, descriptors = measured(self._database)
         if len(runs) != 1:
             raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
-        *run, digest = runs[0]
-        if digest != checksums.of_run(run, objectives) or not 1 <= run[1] <= _MOST_ROBOTS:
+        seed, robots, digest_of_config, next_digest, digest = runs[0]
+        run = seed, robots, digest_of_config, next_digest
+        if digest != checksums.of_run(run, objectives, descriptors) or not 1 <= robots <= _MOST_ROBOTS:
             raise damaged(self.folder, "what is known of the whole run")
-        return *run, tuple(
-            Objective(name, direction, (low, high), of=basis) for name, direction, low, high, basis in objectives
+        return (
+            run,
+            tuple(
+                Objective(name, direction, (low, high), of=basis) for name, direction, low, high, basis in objectives
+            ),
+            tuple(Descriptor(name, (low, high)) for name, low, high in descriptors),
         )

@@ -184,12 +184,14 @@ class StoreReader(RunFolder):
 
         They come ordered by trial and genome id; a genome met in two trials comes twice.
         """
-        homing, sums = self._homing_columns(), ", ".join(f"TOTAL({column})" for column in self._objective_columns())
+        homing, described = self._homing_columns(), self._descriptor_columns()
+        sums = ", ".join(f"TOTAL({column})" for column in [*self._objective_columns(), *described])
+        known = f"COUNT({described[0]})" if described else "0"
         came = " + ".join(f"COUNT({column})" for column in homing)
         time = " + ".join(f"TOTAL({column})" for column in homing)
         rows = self._rows(
             "SELECT individual.trial, genome, world, MIN(individual.generation), MAX(individual.generation), COUNT(*),"
-            f" SUM(robots), {came}, COUNT(push_time), {time}, TOTAL(push_time), {sums}"
+            f" SUM(robots), {came}, COUNT(push_time), {known}, {time}, TOTAL(push_time), {sums}"
             " FROM individual JOIN episode"
             " ON episode.trial = individual.trial AND episode.generation = individual.generation"
             " AND episode.individual = individual.number"
@@ -197,8 +199,9 @@ class StoreReader(RunFolder):
             " GROUP BY individual.trial, genome, world ORDER BY individual.trial, genome, world",
             trial,
         )
-        whole = np.array([row[:9] for row in rows], dtype=np.int64).reshape(-1, 9)
-        reals = np.array([row[9:] for row in rows], dtype=np.float64).reshape(-1, 2 + len(self.objectives))
+        whole = np.array([row[:10] for row in rows], dtype=np.int64).reshape(-1, 10)
+        reals = np.array([row[10:] for row in rows], dtype=np.float64)
+        reals = reals.reshape(len(rows), 2 + len(self.objectives) + len(described))
         starts = np.flatnonzero(np.any(np.diff(whole[:, :2], axis=0, prepend=-1), axis=1))
         place = np.cumsum(np.isin(np.arange(len(whole)), starts)) - 1  # of each row's genome
         robot_episodes, episodes, homings, pushes = (
@@ -207,7 +210,9 @@ class StoreReader(RunFolder):
         )
         times = np.zeros((len(starts), 2))
         np.add.at(times, place, reals[:, :2])
-        means = self._by_world(place, whole[:, 2], reals[:, 2:] / whole[:, 5:6], len(starts))
+        parts = np.split(reals, [2, 2 + len(self.objectives)], axis=1)
+        means = self._by_world(place, whole[:, 2], parts[1] / whole[:, 5:6], len(starts))
+        descriptors = [self._by_world(place, whole[:, 2], part, len(starts)) for part in (parts[2], whole[:, 9])]
         return Individuals(
             genome=whole[starts, 1],
             trial=whole[starts, 0],
@@ -215,6 +220,7 @@ class StoreReader(RunFolder):
             last_generation=np.maximum.reduceat(whole[:, 4], starts) if len(starts) else whole[:, 4],
             episodes=episodes,
             objectives=self.over_worlds(means),
+            descriptors=self.over_worlds.descriptors(*descriptors),
             homing_rate=homings / robot_episodes,
             homing_time=_mean(times[:, 0], homings),
             push_rate=pushes / episodes,
@@ -269,13 +275,16 @@ class StoreReader(RunFolder):
         return Results(
             individual=places[:, 0],
             repeat=places[:, 1],
-            values=from_rows([row[2:] for row in rows], len(self.objectives), self.robots),
+            values=from_rows([row[2:] for row in rows], self.sizes),
             faults=faults or ("",) * len(rows),
             seconds=seconds,
         )
 
     def _objective_columns(self) -> list[str]:
         return [f"objective_{k}" for k in range(len(self.objectives))]
+
+    def _descriptor_columns(self) -> list[str]:
+        return [f"descriptor_{k}" for k in range(len(self.descriptors))]
 
     def _homing_columns(self) -> list[str]:
         return [f"homing_time_{j}" for j in range(self.robots)]

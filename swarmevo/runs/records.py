@@ -53,6 +53,8 @@ class Individuals:
     """``(k,)``: number of episodes behind the means, over all generations and repeats."""
     objectives: FloatArray
     """``(k, m)``: mean over those episodes in each world, then over the worlds, each in its own direction."""
+    descriptors: FloatArray
+    """``(k, d)``: likewise, of those of these episodes that did not fail; NaN: all did."""
     homing_rate: FloatArray
     """``(k,)``: share of robots that came within the emitter's range, over those episodes."""
     homing_time: FloatArray

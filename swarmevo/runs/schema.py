@@ -5,11 +5,13 @@ Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
 
 - ``run``, one row: ``seed``, ``robots`` of the largest team, ``config_sha256``; ``next_config_sha256`` while
   ``config.yaml`` is replaced;
-  ``sha256`` of all these and of the objectives.
+  ``sha256`` of all these, of the objectives and of the descriptors.
 - ``session``: ``id`` (from 1), ``provenance`` as JSON and its ``sha256``. A new one when the run goes on with anything
   else than before.
 - ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range, and its ``basis``:
   the ``episode`` that it is measured in, or the ``genome`` alone.
+- ``descriptor``, only in a run that has some, which is of a version of its own: ``number`` (from 0), ``name``, ``low``
+  and ``high`` end of its range.
 - ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``,
   ``sha256`` of this row, its individuals and its episodes.
 - ``genome``: ``id`` (from 1), ``sha256`` of ``genes``, ``genes`` as little-endian float64. Equal genomes are one row.
@@ -17,8 +19,8 @@ Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
   stays in the population is an individual of every generation in which it was evaluated.
 - ``episode``: ``trial``, ``generation``, ``individual``, ``repeat``; the cells of ``COLUMNS``
   (``evolution/results.py``), NULL for empty ones, the hash as a signed integer; ``session`` that ran it; ``fault``: why
-  it failed, NULL: it did not. A failed episode has the worst objectives and the hash 0. Its random streams are keyed by
-  the run's seed and (trial, generation, repeat).
+  it failed, NULL: it did not. A failed episode has the worst objectives, no descriptors and the hash 0. Its random
+  streams are keyed by the run's seed and (trial, generation, repeat).
 - ``optimiser``: ``trial``, ``generation`` after which it was taken, ``state`` as JSON (``evolution/state.py``),
   ``sha256`` of these.
 - ``in_flight``: episodes of the generation in work, as in ``episode``, with the SHA-256 of the ``genome``, the
@@ -37,19 +39,24 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from swarmevo.evolution.results import COLUMNS, Column, Results
+from swarmevo.evolution.results import COLUMNS, Column, Results, Sizes
 
 SCHEMA_VERSION: Final = 4
 """Of the tables, their text included; a folder written with another one is refused."""
+DESCRIBED_VERSION: Final = 5
+"""Of those of a run with descriptors."""
 APPLICATION_ID: Final = 0x53574556
 """``SWEV``: tells a run from any other SQLite file."""
 
 
-def tables(objectives: int, robots: int) -> str:
+def version_of(sizes: Sizes) -> int:
+    """Return the version of a run's tables."""
+    return DESCRIBED_VERSION if sizes.descriptors else SCHEMA_VERSION
+
+
+def tables(sizes: Sizes) -> str:
     """Return the tables' definition. STRICT: a column holds what its type says, not what SQLite makes of it."""
-    cells = "".join(
-        f"    {cell} {_sql_type(column)},\n" for column in COLUMNS for cell in column.cells(objectives, robots)
-    )
+    cells = "".join(f"    {cell} {_sql_type(column)},\n" for column in COLUMNS for cell in column.cells(sizes))
     outcome = f"""\
     individual INTEGER NOT NULL,
     repeat INTEGER NOT NULL,
@@ -57,7 +64,7 @@ def tables(objectives: int, robots: int) -> str:
     PRIMARY KEY (trial, generation, individual, repeat)"""
     return f"""
 PRAGMA application_id = {APPLICATION_ID};
-PRAGMA user_version = {SCHEMA_VERSION};
+PRAGMA user_version = {version_of(sizes)};
 CREATE TABLE run (
     seed INTEGER NOT NULL,
     robots INTEGER NOT NULL,
@@ -78,6 +85,7 @@ CREATE TABLE objective (
     high REAL NOT NULL,
     basis TEXT NOT NULL CHECK (basis IN ('episode', 'genome'))
 ) STRICT;
+{_DESCRIPTOR_TABLE if sizes.descriptors else ""}\
 CREATE TABLE generation (
     trial INTEGER NOT NULL,
     number INTEGER NOT NULL,
@@ -126,6 +134,16 @@ CREATE TABLE in_flight (
 """
 
 
+_DESCRIPTOR_TABLE: Final = """\
+CREATE TABLE descriptor (
+    number INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE,
+    low REAL NOT NULL,
+    high REAL NOT NULL
+) STRICT;
+"""
+
+
 def _sql_type(column: Column) -> str:
     kind = "REAL" if column.dtype is np.float64 else "INTEGER"
     return kind if column.may_be_empty else f"{kind} NOT NULL"
@@ -134,19 +152,19 @@ def _sql_type(column: Column) -> str:
 # ---- rows ------------------------------------------------------------------------------------------------------------
 
 
-def cells(objectives: int, robots: int) -> list[str]:
+def cells(sizes: Sizes) -> list[str]:
     """Return the names of all cells of an episode, in the order of :func:`to_rows`."""
-    return [cell for column in COLUMNS for cell in column.cells(objectives, robots)]
+    return [cell for column in COLUMNS for cell in column.cells(sizes)]
 
 
-def episode_columns(objectives: int, robots: int) -> list[str]:
+def episode_columns(sizes: Sizes) -> list[str]:
     """Return the columns of ``episode`` after its place, in the order in which they are stored, read and checked."""
-    return ["session", "fault", "individual", "repeat", *cells(objectives, robots)]
+    return ["session", "fault", "individual", "repeat", *cells(sizes)]
 
 
-def in_flight_columns(objectives: int, robots: int) -> list[str]:
+def in_flight_columns(sizes: Sizes) -> list[str]:
     """Return the columns of ``in_flight`` after its place, but for the checksum, in that order."""
-    return ["session", "seconds", "genome", "individual", "repeat", *cells(objectives, robots)]
+    return ["session", "seconds", "genome", "individual", "repeat", *cells(sizes)]
 
 
 def to_rows(results: Results) -> list[tuple[Any, ...]]:
@@ -159,11 +177,11 @@ def _storable(array: NDArray[Any]) -> NDArray[Any]:
     return array.view(np.int64) if array.dtype == np.uint64 else array + array.dtype.type(0)
 
 
-def from_rows(rows: Sequence[Sequence[Any]], objectives: int, robots: int) -> dict[str, NDArray[Any]]:
+def from_rows(rows: Sequence[Sequence[Any]], sizes: Sizes) -> dict[str, NDArray[Any]]:
     """Return the cells of k rows as :class:`Results` has them; NULL becomes NaN."""
     values, start = {}, 0
     for column in COLUMNS:
-        width = len(column.cells(objectives, robots))
+        width = len(column.cells(sizes))
         part = [row[start : start + width] for row in rows]
         kind: type[np.generic] = np.float64 if column.dtype is np.float64 else np.int64
         array = np.array(part, dtype=kind).reshape(len(rows), width).astype(column.dtype)

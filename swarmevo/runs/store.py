@@ -27,7 +27,7 @@ from typing import Any, Final, Self
 
 from swarmevo.errors import FolderExistsError, StoreError
 from swarmevo.evolution.results import Generation, Results
-from swarmevo.protocols import FloatArray, Objective
+from swarmevo.protocols import Descriptor, FloatArray, Objective
 from swarmevo.runs import checksums, files
 from swarmevo.runs.database import (
     ADVICE,
@@ -76,6 +76,7 @@ class Store(StoreReader):
         robots: int,
         seed: int,
         start: FloatArray | None = None,
+        descriptors: Sequence[Descriptor] = (),
     ) -> Self:
         """Make a run folder and open it for writing.
 
@@ -87,6 +88,7 @@ class Store(StoreReader):
             robots: In the team.
             seed: Of everything random in the run.
             start: Genomes ``(k, size)`` that the optimisers begin from; the configuration has their SHA-256.
+            descriptors: In the order of the descriptors' axis.
 
         Raises:
             FolderExistsError: The folder exists.
@@ -106,7 +108,7 @@ class Store(StoreReader):
                 if start is not None:
                     files.write(folder / START_FILE, json.dumps({"genomes": start.tolist()}) + "\n")
                 digest = checksums.sha256(config_yaml.encode())
-                create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed)
+                create_database(folder / DATABASE_FILE, digest, provenance, objectives, robots, seed, descriptors)
                 return cls.open(folder, readonly=False)
             except BaseException:
                 shutil.rmtree(folder, ignore_errors=True)

@@ -21,7 +21,7 @@ import numpy as np
 
 from swarmevo.config import WORLD, Config
 from swarmevo.errors import StoreError
-from swarmevo.evolution.results import Results
+from swarmevo.evolution.results import Results, Sizes
 from swarmevo.runs import checksums, other_world
 from swarmevo.runs.database import explained, insert_session, schema_of
 from swarmevo.runs.files import WatchedFile
@@ -62,12 +62,13 @@ class _Run(NamedTuple):
 
     origin: str
     """What tells it from others."""
-    objectives: int
+    measured: tuple[int, int]
+    """How many objectives and descriptors an episode has."""
 
     @classmethod
     def of(cls, store: Store) -> _Run:
         first = json.dumps(store.session(1), sort_keys=True)
-        return cls(checksums.sha256(first.encode()), len(store.objectives))
+        return cls(checksums.sha256(first.encode()), (len(store.objectives), len(store.descriptors)))
 
 
 def world_of(run: Config, settings: Config) -> str:
@@ -141,13 +142,14 @@ class StoredTests:
         return tests
 
     @classmethod
-    def forgotten(cls, objectives: int) -> Self:
+    def forgotten(cls, objectives: int, descriptors: int) -> Self:
         """Return room for tests that are of no run, and are kept until it is closed.
 
         Args:
             objectives: Their number.
+            descriptors: Their number.
         """
-        return cls(Path(TESTS_FILE), _Run("", objectives), in_memory(), refused="of no run")
+        return cls(Path(TESTS_FILE), _Run("", (objectives, descriptors)), in_memory(), refused="of no run")
 
     def __enter__(self) -> Self:
         return self
@@ -192,11 +194,12 @@ class StoredTests:
             robots: In that world.
         """
         repeats, contents = self._contents("episode", place)
+        objectives, descriptors = self._run.measured
         with self._sensible():
             return Results(
                 individual=np.zeros(len(repeats), dtype=np.intp),
                 repeat=np.array(repeats, dtype=np.intp),
-                values=from_rows([cells for _, *cells in contents], self._run.objectives, robots),
+                values=from_rows([cells for _, *cells in contents], Sizes(objectives, robots, descriptors)),
                 faults=tuple(fault or "" for fault, *_ in contents),
                 seconds=0.0,
             )

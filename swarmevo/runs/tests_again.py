@@ -112,7 +112,7 @@ def _differences(
         again = evaluator.evaluate(genes, place.trial, GENERATION, stop, known if len(known) else None).episodes
     sessions = tests.sessions(place)
     for i, repeat in enumerate(stored.repeat.tolist()):
-        if repeat in wanted and (what := tuple(differing(store.objectives, stored, i, again, repeat))):
+        if repeat in wanted and (what := tuple(differing(store, stored, i, again, repeat))):
             yield DifferentTest(place.world, place.trial, genome, repeat, sessions[i], what)
 
 

@@ -183,7 +183,7 @@ def _compare(
 ) -> Iterator[Difference]:
     genomes, sessions = store.genome_ids(*place), store.sessions(*place)
     for i in np.flatnonzero(wanted).tolist():
-        if what := tuple(differing(store.objectives, stored, i, again, i)):
+        if what := tuple(differing(store, stored, i, again, i)):
             individual, repeat = int(stored.individual[i]), int(stored.repeat[i])
             yield Difference(*place, individual, repeat, int(genomes[individual]), int(sessions[i]), what)
 

@@ -154,7 +154,7 @@ class Scenic:
 
 @pytest.fixture
 def scenic(distribution: Any) -> None:
-    distribution("scenic", "1.0", {"swarmevo.fitness": {"scenic": "scenic:Scenic"}}, scenic=SCENIC)
+    distribution("scenic", "1.0", {"swarmevo.fitness": {"scenic": "scenic_worlds:Scenic"}}, scenic_worlds=SCENIC)
 
 
 @pytest.mark.usefixtures("scenic")

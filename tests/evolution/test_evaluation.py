@@ -651,6 +651,6 @@ def test_a_fitness_gets_checked_complexities() -> None:
 def test_a_hypervolume_is_always_finite() -> None:
     """Case 22: so that whatever is shown or exported is valid JSON."""
     widest = [Objective(f"objective {i}", "minimise", (-returned.LARGEST, returned.LARGEST)) for i in range(7)]
-    check_together(widest[:6])
+    check_together(widest[:6], [])
     with pytest.raises(EvaluationError, match=r"^fitness: expected ranges of objectives whose product is finite"):
-        check_together(widest)
+        check_together(widest, [])

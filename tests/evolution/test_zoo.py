@@ -39,13 +39,14 @@ METHODS = {  # but for "terms", which evolution does not ask for
     "zoo_network": ["space", "policies", "complexity"],
     "zoo_linear": ["start", "act"],
     "zoo_travel": ["objectives", "channels", "evaluate"],
+    "zoo_places": ["descriptors", "describe"],
     "zoo_search": ["factory", "ask", "tell", "state", "restore"],
     "zoo_answering": ["answer"],
 }
 EVERY_METHOD = [(plugin, method) for plugin in METHODS for method in METHODS[plugin]]
-MAKING = {"space", "objectives", "channels", "factory", "restore"}
+MAKING = {"space", "objectives", "channels", "descriptors", "factory", "restore"}
 """Asked only before the first generation of a session."""
-IN_EPISODES = {"policies", "complexity", "start", "act", "evaluate"}
+IN_EPISODES = {"policies", "complexity", "start", "act", "evaluate", "describe"}
 
 
 @pytest.fixture(autouse=True, scope="module")

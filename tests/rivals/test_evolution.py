@@ -78,5 +78,5 @@ def test_the_host_gets_its_answer(tmp_path: Path) -> None:
         assert optimiser.answer(0).shape == (0, evaluator.space.size)
         genomes = optimiser.ask(0)
         assert abs(genomes.mean() - 1) < 0.3
-        optimiser.tell(0, genomes, genomes[:, :3])
+        optimiser.tell(0, genomes, genomes[:, :3], genomes[:, :0])
         assert optimiser.answer(1).shape == (1, evaluator.space.size)
