@@ -47,6 +47,7 @@ class Block:
         unit_axis: The axis that counts the units (say, the hidden neurons) which variation treats as wholes.
         units: Blocks with the same label share their units: entry ``h`` of one belongs to unit ``h`` of all.
         linked: Among the blocks of a family of units, those with the same label are crossed over together.
+        bounds: Smallest and largest value of a real gene, which the controller takes no other of; None: any.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Block:
     unit_axis: int = 0
     units: str = ""
     linked: str = ""
+    bounds: tuple[float, float] | None = None
 
     @property
     def size(self) -> int:
@@ -113,6 +115,12 @@ class GenomeSpace:
     def is_switch(self) -> BoolArray:
         """``(size,)``: True where a gene is a switch."""
         return np.repeat([b.kind == "switch" for b in self.blocks], [b.size for b in self.blocks])
+
+    @cached_property
+    def bounds(self) -> FloatArray:
+        """``(2, size)``: smallest and largest value of each gene, infinite where it has none."""
+        ends = [block.bounds or (-math.inf, math.inf) for block in self.blocks]
+        return np.repeat(np.array(ends, dtype=np.float64).reshape(-1, 2).T, [block.size for block in self.blocks], axis=1)
 
     @cached_property
     def unit_of(self) -> IntArray:

@@ -145,3 +145,30 @@ def _check_block(block: Block) -> None:
         raise ValueError(f"block {block.name}: expected a unit_axis of the shape {shape}, got {axis!r}")
     if block.kind not in ("real", "switch"):
         raise ValueError(f"block {block.name}: expected the kind real or switch, got {block.kind!r}")
+    if block.bounds is not None and (block.kind == "switch" or not _are_bounds(block.bounds)):
+        raise ValueError(
+            f"block {block.name}: expected as bounds of real genes two numbers, low and high, or None, got "
+            f"{block.bounds!r}" + " of switches" * (block.kind == "switch")
+        )
+
+
+def _are_bounds(given: object) -> bool:
+    if not isinstance(given, tuple) or len(given) != 2:
+        return False
+    return all(isinstance(end, int | float | np.number) for end in given) and bool(given[0] < given[1])
+
+
+def check_bounds(genomes: FloatArray, space: GenomeSpace) -> None:
+    """Refuse genomes ``(n, size)`` with a gene out of its bounds.
+
+    Raises:
+        ValueError: There is one.
+    """
+    low, high = space.bounds
+    outside = np.argwhere((genomes < low) | (genomes > high))
+    if len(outside):
+        row, gene = outside[0]
+        raise ValueError(
+            f"expected genes within the controller's bounds, got {genomes[row, gene]:g} in genome {row}, gene {gene}, "
+            f"which is from {low[gene]:g} to {high[gene]:g}"
+        )

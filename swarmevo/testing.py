@@ -63,8 +63,10 @@ CHROMOSOME = GenomeSpace(
 )
 """A small network, as the built-in controller lays it out."""
 
-SPACES = (CHROMOSOME, GenomeSpace((Block("weights", (7,)),)), CHROMOSOME.tile(2))
-"""Genomes that an optimiser must be able to drive: with and without switches, and of a team."""
+BOUNDED = GenomeSpace((Block("weights", (3,)), Block("delays", (2,), bounds=(0.5, 4.0)), Block("gain", (1,), bounds=(0, np.inf))))
+"""A space with genes that have bounds."""
+SPACES = (CHROMOSOME, GenomeSpace((Block("weights", (7,)),)), CHROMOSOME.tile(2), BOUNDED)
+"""Genomes that an optimiser must be able to drive: with and without switches, of a team, and with bounds."""
 
 
 def failures(tests: object) -> list[str]:
@@ -79,11 +81,15 @@ def failures(tests: object) -> list[str]:
 
 
 def random_genomes(space: GenomeSpace, n: int, seed: int = 0) -> FloatArray:
-    """Return ``(n, size)``: real genes from N(0, 1), switches on or off."""
+    """Return ``(n, size)``: real genes from N(0, 1), or anywhere between their bounds; switches on or off."""
     rng = np.random.default_rng(seed)
     genomes = rng.standard_normal((n, space.size))
     genomes[:, space.is_switch] = rng.random((n, int(space.is_switch.sum()))) < 0.5
-    return genomes
+    low, high = space.bounds
+    between = np.isfinite(low) & np.isfinite(high)
+    genomes[:, between] = rng.uniform(low[between], high[between], (n, int(between.sum())))
+    within: FloatArray = np.clip(genomes, low, high)
+    return within
 
 
 def scene_of(robots: int, control_steps: int) -> SceneInfo:
@@ -156,7 +162,7 @@ class OptimiserTests:
         _require(isinstance(optimiser, Optimiser), "optimiser: expected the methods ask, tell, state and restore")
 
     def test_asks_for_genomes(self) -> None:
-        """It asks for at least one genome of the right length, every gene a finite float64."""
+        """It asks for at least one genome of the right length, every gene a finite float64 within its bounds."""
         for case in self._cases():
             _run(self._create(case), case, random_costs, 4)
 
@@ -230,6 +236,7 @@ class OptimiserTests:
             for generation in range(3):
                 stored, answer = _to_json(optimiser.state()), optimiser.answer()
                 _require_array("answer", answer, (None, case.space.size))
+                _returned("answer", returned.check_bounds, answer, case.space)
                 resumed.restore(_from_json(stored))
                 _require(np.array_equal(resumed.answer(), answer), "answer: expected the same from a restored run")
                 _scribble(answer)
@@ -244,7 +251,7 @@ class OptimiserTests:
                 optimiser, resumed, other = self._create(case), self._create(case, seed=2), self._create(case)
                 if not isinstance(optimiser, StartableOptimiser):
                     return
-                given = _frozen(3 + random_genomes(case.space, k, seed=5))
+                given = _frozen(np.clip(3 + random_genomes(case.space, k, seed=5), *case.space.bounds))
                 optimiser.start_from(given)
                 _scribble(given)
                 resumed.restore(_from_json(_to_json(optimiser.state())))
@@ -311,6 +318,7 @@ def _run(optimiser: Optimiser, case: Case, costs: Costs, n: int, start: int = 0)
         genomes = optimiser.ask()
         _require_array("ask", genomes, (None, case.space.size))
         _require(len(genomes) >= 1, "ask: expected at least one genome, got none")
+        _returned("ask", returned.check_bounds, genomes, case.space)
         asked.append(genomes.copy())
         optimiser.tell(genomes, *_told(optimiser, case, costs, genomes, generation))
     return asked

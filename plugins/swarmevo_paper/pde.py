@@ -8,6 +8,7 @@ The order of random draws is part of the interface, so that a second implementat
 - initial population: ``standard_normal((population, real genes))``, then ``random((population, switches)) < 0.5``;
 - each child: ``choice(retained, 3, replace=False)``; ``random(links) < crossover_rate``; ``standard_normal(parts)``;
   ``random(units) < mutation_rate``; ``standard_normal(real genes) * mutation_spread``, drawn whether used or not;
+- of genes with two bounds also ``random((population, such genes))`` after the initial population;
 - with self-chosen rates also ``random((population, 2))`` after the initial population, and ``standard_normal(2)`` after
   each ``choice``.
 """
@@ -148,7 +149,21 @@ class PDE:
         genomes = np.empty((self._population, self._space.size))
         genomes[:, ~rho] = self._rng.standard_normal((self._population, np.count_nonzero(~rho)))  # omega ~ N(0, 1)
         genomes[:, rho] = self._rng.random((self._population, np.count_nonzero(rho))) < 0.5  # P(rho = 1) = 0.5
+        return self._within_bounds(self._anywhere_between_bounds(genomes))
+
+    def _anywhere_between_bounds(self, genomes: FloatArray) -> FloatArray:
+        """Draw genes with two bounds from all between them. Not in the paper, whose weights have none."""
+        low, high = self._space.bounds
+        bounded = np.isfinite(low) & np.isfinite(high)
+        if bounded.any():
+            share = self._rng.random((len(genomes), np.count_nonzero(bounded)))
+            genomes[:, bounded] = low[bounded] + share * (high - low)[bounded]
         return genomes
+
+    def _within_bounds(self, genomes: FloatArray) -> FloatArray:
+        """Return genomes with the genes that are out of their bounds on them. Not in the paper."""
+        within: FloatArray = np.clip(genomes, *self._space.bounds)
+        return within
 
     def _asked(self) -> IntArray:
         """Return who is to be evaluated: indices into the population."""
@@ -206,7 +221,7 @@ class PDE:
             rates[i] = self._inherited_rates(*self._rates[alphas[i]])
             children[i] = self._crossover(rates[i, 0], *self._genomes[alphas[i]])  # step 3.4.2
             self._mutate(children[i], rates[i, 1])  # step 3.4.3
-        self._genomes = np.concatenate([self._genomes, children])
+        self._genomes = np.concatenate([self._genomes, self._within_bounds(children)])
         self._cost_sums = np.concatenate([self._cost_sums, np.zeros((deleted, self._cost_sums.shape[1]))])
         self._evaluations = np.concatenate([self._evaluations, np.zeros(deleted, dtype=np.intp)])
         self._main_parents = np.concatenate([np.full(retained, -1), alphas[:, 0]])

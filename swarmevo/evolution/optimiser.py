@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo import plugins
+from swarmevo import plugins, returned
 from swarmevo.config import Config
 from swarmevo.errors import PluginError
 from swarmevo.evolution.evaluation import Evaluator
@@ -75,6 +75,7 @@ class CheckedOptimiser:
             return PluginError(f"{self._title}: start_from: {reason}")
 
         with blamed(refused, f"{self._title}: start_from"):
+            returned.check_bounds(genomes, self._space)
             self._made.start_from(_given(genomes))
 
     def ask(self, generation: int) -> FloatArray:
@@ -106,6 +107,10 @@ class CheckedOptimiser:
         if not (finite := np.isfinite(genomes)).all():
             row, column = np.argwhere(~finite)[0]
             return f"expected finite numbers, got {genomes[row, column]} in genome {row}, gene {column}"
+        try:
+            returned.check_bounds(genomes, self._space)
+        except ValueError as error:
+            return str(error)
         return ""
 
     def tell(self, generation: int, genomes: FloatArray, costs: FloatArray, descriptors: FloatArray) -> None:

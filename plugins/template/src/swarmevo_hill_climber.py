@@ -32,14 +32,15 @@ class HillClimber:
     ) -> None:
         if not 0 < spread < np.inf:
             raise ValueError(f"spread: expected a number above 0, got {spread!r}")
-        self._rng, self._spread = rng, spread
+        self._rng, self._spread, self._bounds = rng, spread, space.bounds
         self._places = np.zeros((population, space.size))
         self._costs = np.full((population, objectives), np.inf)
 
     def ask(self) -> FloatArray:
         """Return where the climbers step to: at first anywhere."""
         started = np.all(np.isfinite(self._costs))
-        return self._places + self._rng.standard_normal(self._places.shape) * (self._spread if started else 1.0)
+        steps = self._rng.standard_normal(self._places.shape) * (self._spread if started else 1.0)
+        return np.clip(self._places + steps, *self._bounds)
 
     def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
         """Stay where it is not worse than before."""

@@ -79,9 +79,13 @@ class CMAES:
         self._is_free = ~self._rho if switches == "on" else np.ones(space.size, dtype=np.bool_)
         if not self._is_free.any():
             raise ValueError("switches: expected evolve, as the genome has nothing but switches, got on")
+        self._bounds = space.bounds[:, self._is_free]
+        self._offset, self._scale = _frame(self._bounds)
         self._sigma, self._adapts, self._restarts = float(sigma), learning_rate == "adaptive", restarts
         self._schedule = Schedule(restarts, population, self._sigma)
-        self._centre = np.where(self._rho, 0.5, 0.0)[self._is_free]
+        middle = np.where(self._rho, 0.5, 0.0)
+        middle[self._is_free] += self._offset
+        self._centre = self._points(np.clip(middle, *space.bounds))
         self._search = self._begin(self._centre, population, self._sigma)
         self._starts, self._start_generations = starts, start_generations
         self._heat: dict[str, Any] | None = None if starts == 1 else {"left": starts, "medians": [], "best": None}
@@ -101,7 +105,7 @@ class CMAES:
             )
         mean = np.where(self._rho, genomes >= 0.5, genomes).mean(axis=0)
         self._heat = None
-        self._search = self._begin(mean[self._is_free], self._search.population, self._sigma)
+        self._search = self._begin(self._points(mean), self._search.population, self._sigma)
 
     def ask(self) -> FloatArray:
         """Return genomes ``(n, size)`` of the distribution; n is the population, or that of a restart."""
@@ -114,7 +118,7 @@ class CMAES:
         if self._is_over:
             return
         cost = costs @ self._weights
-        self._search.tell(genomes[:, self._is_free], cost)
+        self._search.tell(self._points(genomes), cost)
         self._schedule.count(len(genomes))
         self._cost = float(np.median(cost))
         if self._heat is not None:
@@ -182,8 +186,26 @@ class CMAES:
     def _genomes(self, points: FloatArray) -> FloatArray:
         """Return ``(n, size)``: the points ``(n, free genes)`` with the switches that are held on."""
         genomes = np.ones((len(points), len(self._is_free)))
-        genomes[:, self._is_free] = points
+        genomes[:, self._is_free] = np.clip(self._offset + self._scale * points, *self._bounds)
         return genomes
+
+    def _points(self, genomes: FloatArray) -> FloatArray:
+        """Return ``(..., free genes)``: where genomes ``(..., size)`` are in the search."""
+        points: FloatArray = (genomes[..., self._is_free] - self._offset) / self._scale
+        return points
+
+
+def _frame(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return offset and scale ``(n,)`` of genes with these bounds ``(2, n)``: between two of them the search is in [-1, 1].
+
+    Without bounds 0 and 1, which change no bit.
+    """
+    low, high = bounds
+    between = np.isfinite(low) & np.isfinite(high)
+    offset, scale = np.zeros(len(low)), np.ones(len(low))
+    low, high = low[between], high[between]
+    offset[between], scale[between] = (low + high) / 2, (high - low) / 2
+    return offset, scale
 
 
 def _checked_weights(weights: list[float] | None, objectives: int) -> FloatArray:
