@@ -423,6 +423,8 @@ class SceneInfo(_InWorld):
     """Touch sensors, likewise."""
     movables: int = 1
     """What there is to be pushed."""
+    arena: tuple[float, float, float, float] = (-0.5, 0.5, -0.5, 0.5)
+    """X from, x to, y from, y to of what its walls enclose [m]."""
     world: World = field(default_factory=dict, hash=False)
     """As in :class:`Telemetry`: ``scene.world["arena"]["size"]``."""
 

@@ -21,8 +21,8 @@ class BoxPushing:
     Args:
         sum_covers: Whether the sum covers ``both`` terms, or only the first (``motion``), S B being added as it is at
             the end of the episode.
-        strength: Largest signal strength S, of which the objective's range is made. Nothing: the world's
-            (``emitter.strength``).
+        strength: Largest signal strength S, of which the objective's range is made. Nothing: that of the world's
+            emitters (``emitter.strength``).
         scene: That of the episodes; None: the paper's.
 
     Raises:
@@ -35,7 +35,8 @@ class BoxPushing:
         self, sum_covers: SumCovers = "both", strength: float | None = None, scene: SceneInfo | None = None
     ) -> None:
         if strength is None:
-            strength = scene.world["emitter"]["strength"][1] if scene else PAPERS_STRENGTH
+            emitters = scene.world["scene"]["emitters"] if scene else ()
+            strength = max((emitter["strength"][1] for emitter in emitters), default=PAPERS_STRENGTH)
         if sum_covers not in get_args(SumCovers):
             raise ValueError(f"sum_covers: expected one of {', '.join(get_args(SumCovers))}, got {sum_covers!r}")
         if not isinstance(strength, (int, float)) or not 0 < strength < np.inf:

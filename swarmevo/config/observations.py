@@ -45,6 +45,7 @@ def scene_info(config: Config) -> SceneInfo:
         infrared=len(sensors.infrared_yaw_deg),
         touch=len(sensors.touch_yaw_deg),
         movables=len(surroundings(config).movables or ()),
+        arena=config.arena.bounds,
         world=world(config),
     )
 
