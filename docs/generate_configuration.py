@@ -246,7 +246,7 @@ def _choices(annotation: Any) -> str:
         return f"list of {len(inside)} {_choices(inside[0])}s"
     if inside:
         return " or ".join(map(_choices, inside))
-    words = {float: "number", int: "whole number", bool: "`true`, `false`", type(None): "nothing"}
+    words = {float: "number", int: "whole number", str: "text", bool: "`true`, `false`", type(None): "nothing"}
     return words[annotation]
 
 

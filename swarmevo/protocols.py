@@ -120,7 +120,9 @@ class GenomeSpace:
     def bounds(self) -> FloatArray:
         """``(2, size)``: smallest and largest value of each gene, infinite where it has none."""
         ends = [block.bounds or (-math.inf, math.inf) for block in self.blocks]
-        return np.repeat(np.array(ends, dtype=np.float64).reshape(-1, 2).T, [block.size for block in self.blocks], axis=1)
+        return np.repeat(
+            np.array(ends, dtype=np.float64).reshape(-1, 2).T, [block.size for block in self.blocks], axis=1
+        )
 
     @cached_property
     def unit_of(self) -> IntArray:

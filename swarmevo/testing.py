@@ -63,7 +63,9 @@ CHROMOSOME = GenomeSpace(
 )
 """A small network, as the built-in controller lays it out."""
 
-BOUNDED = GenomeSpace((Block("weights", (3,)), Block("delays", (2,), bounds=(0.5, 4.0)), Block("gain", (1,), bounds=(0, np.inf))))
+BOUNDED = GenomeSpace(
+    (Block("weights", (3,)), Block("delays", (2,), bounds=(0.5, 4.0)), Block("gain", (1,), bounds=(0, np.inf)))
+)
 """A space with genes that have bounds."""
 SPACES = (CHROMOSOME, GenomeSpace((Block("weights", (7,)),)), CHROMOSOME.tile(2), BOUNDED)
 """Genomes that an optimiser must be able to drive: with and without switches, of a team, and with bounds."""

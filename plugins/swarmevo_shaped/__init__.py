@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Shaped objectives (:mod:`.objectives`), and several of them in one number (:mod:`.weighted`), as plugins."""
+"""Shaped objectives (:mod:`.objectives`), several in one (:mod:`.weighted`), and :mod:`.descriptors`, as plugins."""

@@ -31,6 +31,7 @@ from swarmevo.plugins.options import options as options_of
 from swarmevo.protocols import (
     Block,
     Controller,
+    Descriptor,
     Fitness,
     GenomeSpace,
     NativeController,
@@ -54,7 +55,10 @@ _PROTOCOLS: dict[str, tuple[type, ...]] = {
 }
 
 _ANY_SPACE = GenomeSpace((Block("genome", (8,)),))
-_ANY_PROBLEM = Problem((Objective("one", "minimise", (0.0, 1.0)), Objective("two", "minimise", (0.0, 1.0))))
+_ANY_PROBLEM = Problem(
+    (Objective("one", "minimise", (0.0, 1.0)), Objective("two", "minimise", (0.0, 1.0))),
+    (Descriptor("place", (0.0, 1.0)),),
+)
 _ANY_OFFER: Mapping[str, Mapping[str, Any]] = {
     "controller": {},
     "fitness": {"scene": scene_info(Config())},

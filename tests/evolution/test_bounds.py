@@ -101,6 +101,8 @@ def test_given_genomes_out_of_bounds_are_refused(evaluator: Evaluator) -> None:
     optimiser = CheckedOptimiser(config("pde"), evaluator, trial=0)
     given = np.full((2, 28), 0.5)
     given[1, 3] = 1.5
-    message = r"start_from: expected genes within the controller's bounds, got 1\.5 in genome 1, gene 3, which is from 0"
+    message = (
+        r"start_from: expected genes within the controller's bounds, got 1\.5 in genome 1, gene 3, which is from 0"
+    )
     with pytest.raises(PluginError, match=message):
         optimiser.start_from(given)

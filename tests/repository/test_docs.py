@@ -137,13 +137,13 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
         "reflex",
         "small_network",
         "box_travel",
-        "box_end",
+        "dispersion",
     }
 
 
-def test_the_example_of_cma_evolves(evolve: Callable[..., None]) -> None:
-    (chosen,) = blocks(DOCS / "rivals.md", "yaml")
-    Path("chosen.yaml").write_text(chosen)
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_examples_of_rivals_evolve(evolve: Callable[..., None], number: int) -> None:
+    Path("chosen.yaml").write_text(blocks(DOCS / "rivals.md", "yaml")[number])
     evolve("chosen.yaml")
 
 

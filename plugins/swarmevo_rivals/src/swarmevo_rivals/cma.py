@@ -196,9 +196,9 @@ class CMAES:
 
 
 def _frame(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return offset and scale ``(n,)`` of genes with these bounds ``(2, n)``: between two of them the search is in [-1, 1].
+    """Return offset and scale ``(n,)`` of genes with these bounds ``(2, n)``.
 
-    Without bounds 0 and 1, which change no bit.
+    Between two bounds the search is in [-1, 1]; without, they are 0 and 1, which change no bit.
     """
     low, high = bounds
     between = np.isfinite(low) & np.isfinite(high)
