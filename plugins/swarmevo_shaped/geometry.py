@@ -26,6 +26,31 @@ def world_of(telemetry: Telemetry) -> Mapping[str, Mapping[str, Any]]:
     return telemetry.world
 
 
+def box_and_wall(world: Mapping[str, Mapping[str, Any]]) -> tuple[float, float, str]:
+    """Return length and width of the only box [m], and the wall that it is to be pushed to.
+
+    Raises:
+        ValueError: The scene has not one box and one wall.
+    """
+    movables, goals = world["scene"]["movables"], world["scene"]["goals"]
+    if [movable["shape"] for movable in movables] != ["box"] or len(goals) != 1 or goals[0]["wall"] is None:
+        found = [f"{len(movables)} movables", *(f"a {movable['shape']}" for movable in movables if len(movables) == 1)]
+        ends = ["a wall" if goal["wall"] else "a region" for goal in goals] or ["no goal"]
+        raise ValueError(
+            f"scene: expected one box and one wall to push it to, got {found[-1]} and {', '.join(ends)}; "
+            "success and speed are for any scene with goals"
+        )
+    length, width, _ = movables[0]["size"]
+    return length, width, goals[0]["wall"]
+
+
+def _sides(arena: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the extent of a square or rectangular arena along x and y [m]."""
+    size: float = arena["size"]
+    width, depth = arena["sides"] if arena["shape"] == "rectangle" else (size, size)
+    return width, depth
+
+
 def steps_of(telemetry: Telemetry) -> int:
     """Return how many control steps the horizon has. An episode that ended before it has fewer."""
     horizon: float = world_of(telemetry)["episode"]["horizon"]
@@ -51,11 +76,12 @@ def robots_at_face(telemetry: Telemetry, facing: float) -> FloatArray:
     ``facing`` [rad] of the face's inward normal.
     """
     world, box = world_of(telemetry), telemetry.box[..., np.newaxis, :]
-    half_x, half_y = (side / 2 for side in world["box"]["size"][:2])
+    length, width, wall = box_and_wall(world)
+    half_x, half_y = length / 2, width / 2
     cosine, sine = np.cos(box[..., 2]), np.sin(box[..., 2])
 
     # The direction to the wall, in the box's frame, tells which face: of its x or of its y, and on which side.
-    wall_x, wall_y = WALLS[world["arena"]["target_wall"]]
+    wall_x, wall_y = WALLS[wall]
     ahead_x, ahead_y = cosine * wall_x + sine * wall_y, cosine * wall_y - sine * wall_x
     is_y = np.abs(ahead_y) >= np.abs(ahead_x)
     side = np.sign(np.where(is_y, ahead_y, ahead_x))
@@ -76,18 +102,38 @@ def robots_at_face(telemetry: Telemetry, facing: float) -> FloatArray:
 def free_way(telemetry: Telemetry) -> FloatArray:
     """Return ``(episodes, steps)``: distance between the target wall and the corner of the box nearest to it [m]."""
     world, (x, y, heading) = world_of(telemetry), np.moveaxis(telemetry.box, -1, 0)
-    (length, width), (wall_x, wall_y) = world["box"]["size"][:2], WALLS[world["arena"]["target_wall"]]
+    length, width, wall = box_and_wall(world)
+    wall_x, wall_y = WALLS[wall]
     cosine, sine = np.abs(np.cos(heading)), np.abs(np.sin(heading))
     across = (cosine * width + sine * length) if wall_x == 0 else (cosine * length + sine * width)
-    way: FloatArray = (world["arena"]["size"] - across) / 2 - (wall_x * x + wall_y * y)
+    side = _sides(world["arena"])[1 if wall_x == 0 else 0]
+    way: FloatArray = (side - across) / 2 - (wall_x * x + wall_y * y)
     return way
 
 
 def nearness(telemetry: Telemetry) -> FloatArray:
-    """Return ``(episodes, steps)``: 1 at the emitter, 0 at the arena's farthest corner from it; mean over robots."""
+    """Return ``(episodes, steps)``: 1 at the emitter, 0 at the arena's farthest corner from it; mean over robots.
+
+    Raises:
+        ValueError: The scene has not one emitter that stands still.
+    """
     world = world_of(telemetry)
-    (x, y, _), half = world["emitter"]["position"], world["arena"]["size"] / 2
+    emitters = world["scene"]["emitters"]
+    if len(emitters) != 1 or emitters[0]["rides_on"] is not None:
+        found = "one that rides on a movable" if len(emitters) == 1 else str(len(emitters))
+        raise ValueError(f"scene.emitters: expected one that stands still, got {found}; homing is for any emitters")
+    x, y, _ = emitters[0]["position"]
     distance = np.hypot(telemetry.pose[..., 0] - x, telemetry.pose[..., 1] - y)
-    farthest = math.hypot(half + abs(x), half + abs(y))
+    farthest = _farthest(world["arena"], x, y)
     near: FloatArray = np.clip(1 - distance / farthest, 0, 1).mean(axis=-1)
     return near
+
+
+def _farthest(arena: Mapping[str, Any], x: float, y: float) -> float:
+    """Return how far the arena's farthest place is from another [m]."""
+    if arena["shape"] == "circle":
+        return math.hypot(x, y) + float(arena["size"]) / 2
+    if arena["shape"] == "polygon":
+        return max(math.hypot(x - corner_x, y - corner_y) for corner_x, corner_y in arena["corners"])
+    width, depth = _sides(arena)
+    return math.hypot(width / 2 + abs(x), depth / 2 + abs(y))

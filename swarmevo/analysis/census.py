@@ -2,7 +2,9 @@
 """A census of behaviours: the unpredicted ones that the paper's section VII tells of, as criteria.
 
 Each criterion looks at one episode and says of every robot whether it showed the behaviour. They are simple on purpose:
-thresholds on where a robot was, whether it moved, and whether it pressed on the box. A robot may have several labels.
+thresholds on where a robot was, whether it moved, and whether it pressed on a box. A robot may have several labels.
+In other scenes than the paper's a wall is an obstacle too, the box is whatever robots can push, and the source any
+emitter that they home in on.
 """
 
 from __future__ import annotations
@@ -14,10 +16,11 @@ from typing import Final
 
 import numpy as np
 
-from swarmevo.config import Config
+from swarmevo.config import Config, surroundings
 from swarmevo.protocols import BoolArray, FloatArray, IntArray, Telemetry
+from swarmevo.simulation import layout
 
-CHANNELS: Final = ("pose", "command", "touch")
+CHANNELS: Final = ("pose", "command", "touch", "movables")
 """That the criteria read."""
 
 MOVING: Final = 0.01
@@ -49,6 +52,8 @@ class Episode:
     """``(steps, robots, 2)``"""
     touch: FloatArray
     """``(steps, robots, 4)``"""
+    movables: FloatArray
+    """``(steps, movables, 3)``: x [m], y [m], heading [rad] of what robots can push."""
     homing_time: FloatArray
     """``(robots,)`` [s]; NaN: never."""
 
@@ -80,7 +85,7 @@ class Episode:
     @cached_property
     def touches(self) -> BoolArray:
         """``(steps, robots)``: a box sensor answers."""
-        return np.asarray(self.touch.max(axis=-1) > 0)
+        return np.asarray(self.touch.max(axis=-1, initial=0) > 0)
 
     @cached_property
     def pushes(self) -> BoolArray:
@@ -89,10 +94,20 @@ class Episode:
 
     @cached_property
     def in_range(self) -> BoolArray:
-        """``(steps, robots)``: within the emitter's range."""
-        emitter = self.config.emitter
-        away = np.linalg.norm(self.pose[:, :, :2] - np.array(emitter.position[:2]), axis=-1)
-        return np.asarray(away <= emitter.range)
+        """``(steps, robots)``: within range of an emitter that robots home in on."""
+        found = np.zeros(self.pose.shape[:2], dtype=bool)
+        for emitter in layout.homing_emitters(surroundings(self.config)):
+            places = layout.emitter_places(emitter, self.movables)
+            found |= np.linalg.norm(self.pose[:, :, :2] - places[:, None], axis=-1) <= emitter.range
+        return found
+
+    @cached_property
+    def near_wall(self) -> BoolArray:
+        """``(steps, robots)``: the infrared sensors can see a wall or an obstacle."""
+        places = self.pose[:, :, :2]
+        walls = layout.wall_distance(self.config.arena, places)
+        nearest = np.minimum(walls, layout.obstacle_distance(surroundings(self.config), places))
+        return np.asarray(nearest <= self.config.robot.radius + self.sight)
 
     @cached_property
     def distances(self) -> FloatArray:
@@ -118,9 +133,7 @@ class Episode:
 
 def static_near_wall(seen: Episode) -> BoolArray:
     """It stands for good where it sees a wall and does not touch the box."""
-    reach = seen.config.arena.size / 2 - seen.config.robot.radius - seen.sight
-    near = np.abs(seen.pose[:, :, :2]).max(axis=-1) >= reach
-    return seen.at_stop(near & ~seen.touches)
+    return seen.at_stop(seen.near_wall & ~seen.touches)
 
 
 def circling_together(seen: Episode) -> BoolArray:

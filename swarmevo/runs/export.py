@@ -11,7 +11,7 @@ from typing import Any, Final, Literal, TextIO
 import numpy as np
 
 from swarmevo._version import __version__
-from swarmevo.config import Config, scene_info
+from swarmevo.config import Config, scene_info, surroundings
 from swarmevo.errors import ExportError
 from swarmevo.evolution.results import COLUMNS, Column, Sizes
 from swarmevo.plugins.team import Team
@@ -20,6 +20,7 @@ from swarmevo.protocols import Descriptor, FloatArray, Objective
 from swarmevo.runs.networks import Network, as_c, literal, plain, template
 from swarmevo.runs.networks import networks as native_networks
 from swarmevo.runs.store import Store
+from swarmevo.simulation import layout
 
 FORMAT: Final = 1
 """Of the JSON that this module writes."""
@@ -247,10 +248,11 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
 
 def _scales(config: Config) -> dict[str, float]:
     """Return what turns a robot's readings into observations, and commands into speeds."""
+    scene = surroundings(config)
     return {
         "infrared_largest": config.sensors.infrared_curve[0][1],
-        "signal_least": config.emitter.strength[0],
-        "signal_most": config.emitter.strength[1],
+        "signal_least": layout.signal_range(scene)[0],
+        "signal_most": layout.signal_scale(scene),
         "top_speed": config.robot.top_speed,
         "control_period": config.episode.control_period,
     }

@@ -8,17 +8,17 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from swarmevo.config import Arena, Config, Obstacle, Section, Surroundings, Team, scene_info, surroundings
+from swarmevo.config import Arena, Config, Section, Surroundings, Team, scene_info, surroundings
 from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation._ffi import check, load
+from swarmevo.simulation.layout import as_box
 
 _SECTIONS = ("robot", "team", "sensors", "noise", "physics", "episode")
 """Copied key by key."""
@@ -62,18 +62,6 @@ def _copy_arena(ffi: Any, lib: Any, native: Any, arena: Arena) -> None:
         target[0:2] = corner
 
 
-def _as_box(obstacle: Obstacle) -> Obstacle:
-    """Return an obstacle of a shape that the library knows: a wall is a thin box."""
-    if obstacle.shape != "wall":
-        return obstacle
-    (x, y), (to_x, to_y) = obstacle.ends
-    return Obstacle.model_construct(
-        shape="box",
-        size=(math.hypot(to_x - x, to_y - y), obstacle.thickness, obstacle.size[2]),
-        pose=((x + to_x) / 2, (y + to_y) / 2, math.atan2(to_y - y, to_x - x)),
-    )
-
-
 def _copy_scene(ffi: Any, lib: Any, native: Any, scene: Surroundings) -> None:
     """Copy the lists of what is in the arena."""
 
@@ -85,7 +73,7 @@ def _copy_scene(ffi: Any, lib: Any, native: Any, scene: Surroundings) -> None:
     native.n_movables = copy(native.movables, scene.movables or ())
     for struct, movable in zip(native.movables, scene.movables or (), strict=False):
         struct.start = lib.SWE_START_RANDOM if movable.start == "random" else lib.SWE_START_POSES
-    native.n_obstacles = copy(native.obstacles, [_as_box(obstacle) for obstacle in scene.obstacles])
+    native.n_obstacles = copy(native.obstacles, [as_box(obstacle) for obstacle in scene.obstacles])
     emitters = scene.emitters or ()
     channels = list(dict.fromkeys(emitter.channel for emitter in emitters if emitter.channel != "light"))
     native.n_emitters = copy(native.emitters, [emitter.model_copy(update=_UNSET) for emitter in emitters])

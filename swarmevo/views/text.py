@@ -17,6 +17,7 @@ from swarmevo.printable import printable
 if TYPE_CHECKING:
     from swarmevo.analysis.fronts import Cost
     from swarmevo.analysis.table_ii import Outcome, PaperRow
+    from swarmevo.config import Surroundings
     from swarmevo.protocols import Objective
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
@@ -39,6 +40,32 @@ def words(name: str) -> str:
 def label(objective: Objective) -> str:
     """Return an objective's name as people read it, with the direction that is better."""
     return f"{words(objective.name)} ({'more' if objective.is_maximised else 'less'} is better)"
+
+
+def has_one_box(scene: Surroundings) -> bool:
+    """Return whether what robots can push is one box, as in the paper."""
+    return [movable.shape for movable in scene.movables or ()] == ["box"]
+
+
+def delivery(scene: Surroundings) -> str:
+    """Return what a push is in a scene: that all movables have been at a goal; empty: there is nothing to bring."""
+    movables, goals = scene.movables or (), scene.goals or ()
+    if not movables or not goals:
+        return ""
+    if has_one_box(scene):
+        return "box at the wall" if all(goal.wall for goal in goals) else "box at the goal"
+    return "all at a goal" if len(movables) > 1 else "cylinder at the goal"
+
+
+def delivery_distance(scene: Surroundings) -> str:
+    """Return what is nearest to a goal, and to which; empty: nothing is to be brought anywhere."""
+    goals = scene.goals or ()
+    if not delivery(scene):
+        return ""
+    what = "box" if has_one_box(scene) else "nearest movable"
+    if len(goals) > 1:
+        return f"{what} to a goal"
+    return f"{what} to {'target wall' if goals[0].wall else 'goal'}"
 
 
 # ---- numbers ---------------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from swarmevo.protocols import BoolArray, FloatArray, Telemetry
 CONFIG = Config.model_validate({"team": {"robots": 2}, "episode": {"horizon": 60.0}})
 STEPS, PERIOD = 600, 0.1
 TIME = np.arange(STEPS) * PERIOD
+BOX = np.tile(CONFIG.box.pose, (STEPS, 1, 1))
 FAR = (-0.2, -0.2)
 """A place out of the way: no wall, box or source is near."""
 HOME = (0.0, 0.1)
@@ -51,7 +53,7 @@ def episode(
     sensors = np.zeros((STEPS, 2, 4))
     sensors[:, 0, 1] = touch
     commands = np.full((STEPS, 2, 2), command)
-    return Episode(CONFIG, np.stack(robots, axis=1), commands, sensors, np.array(homing))
+    return Episode(CONFIG, np.stack(robots, axis=1), commands, sensors, BOX, np.array(homing))
 
 
 def first(criterion: Callable[[Episode], BoolArray], seen: Episode) -> bool:
@@ -161,6 +163,7 @@ def test_shares_are_over_robots_and_episodes() -> None:
         pose=poses,
         command=np.zeros((2, STEPS, 2, 2)),
         touch=np.zeros((2, STEPS, 2, 4)),
+        movables=np.stack([BOX, BOX]),
     )
     shares = census.census(CONFIG, telemetry)
     assert list(shares) == list(census.LABELS)
@@ -170,7 +173,7 @@ def test_shares_are_over_robots_and_episodes() -> None:
 
 def test_a_missing_channel_is_named() -> None:
     telemetry = Telemetry(PERIOD, np.zeros((1, 2)), np.zeros(1), pose=np.zeros((1, 9, 2, 3)))
-    with pytest.raises(ValueError, match="missing are command, touch"):
+    with pytest.raises(ValueError, match="missing are command, touch, movables"):
         census.census(CONFIG, telemetry)
 
 
@@ -178,11 +181,42 @@ def test_moving_is_a_speed_whatever_the_period() -> None:
     slow = CONFIG.model_copy(update={"episode": CONFIG.episode.model_copy(update={"control_period": 2.0})})
     pose = np.zeros((9, 2, 3))
     pose[:, 0, 0], pose[:, 1, 0] = 0.018 * np.arange(9), 0.022 * np.arange(9)  # 9 and 11 mm/s
-    seen = Episode(slow, pose, np.zeros((9, 2, 2)), np.zeros((9, 2, 4)), np.full(2, np.nan))
+    seen = Episode(slow, pose, np.zeros((9, 2, 2)), np.zeros((9, 2, 4)), BOX[:9], np.full(2, np.nan))
     assert seen.moves[:-1].tolist() == [[False, True]] * 8
 
 
 def test_an_episode_may_be_shorter_than_a_second() -> None:
-    tiny = Episode(CONFIG, np.zeros((3, 2, 3)), np.zeros((3, 2, 2)), np.zeros((3, 2, 4)), np.full(2, np.nan))
+    tiny = Episode(CONFIG, np.zeros((3, 2, 3)), np.zeros((3, 2, 2)), np.zeros((3, 2, 4)), BOX[:3], np.full(2, np.nan))
     for criterion in census.LABELS.values():
         assert criterion(tiny).shape == (2,)
+
+
+# ---- other scenes than the paper's -----------------------------------------------------------------------------------
+
+
+def in_scene(scene: dict[str, Any], arena: dict[str, Any], movables: FloatArray, *robots: FloatArray) -> Episode:
+    config = CONFIG.model_validate({**CONFIG.model_dump(), "scene": scene, "arena": arena})
+    still_commands, no_touch = np.zeros((STEPS, 2, 2)), np.zeros((STEPS, 2, 4))
+    return Episode(config, np.stack(robots, axis=1), still_commands, no_touch, movables, np.full(2, np.nan))
+
+
+def test_the_range_is_where_the_emitter_rides() -> None:
+    carrier = np.zeros((STEPS, 1, 3))
+    carrier[:, 0] = drive((-0.5, 0.0), (0.5, 0.0), 60)
+    scene = {"emitters": [{"position": [0.0, 0.0, 0.03], "range": 0.1, "rides_on": 0}]}
+    seen = in_scene(scene, {}, carrier, still(-0.5, 0.0), still(0.5, 0.0))
+    assert seen.in_range[0].tolist() == [True, False]
+    assert seen.in_range[-1].tolist() == [False, True]
+
+
+def test_nobody_is_in_range_without_an_emitter() -> None:
+    seen = in_scene({"emitters": [], "movables": []}, {}, np.zeros((STEPS, 0, 3)), still(*HOME), still(*HOME))
+    assert not seen.in_range.any()
+
+
+def test_walls_are_those_of_the_arena_and_obstacles() -> None:
+    pillar = {"obstacles": [{"shape": "cylinder", "size": [0.1, 0.1, 0.1], "pose": [0.0, 0.0, 0.0]}]}
+    round_arena = {"shape": "circle", "size": 1.0}
+    places = still(0.1, 0.05), still(0.3, 0.3)  # 0.06 m from the pillar, 0.08 m from the round wall
+    assert in_scene(pillar, round_arena, BOX, *places).near_wall[0].tolist() == [True, True]
+    assert in_scene({}, {}, BOX, *places).near_wall[0].tolist() == [False, False]

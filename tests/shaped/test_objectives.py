@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from swarmevo import config, simulation
-from swarmevo.config import Arena, Config, Emitter, Episode
+from swarmevo.config import Arena, Config, Emitter, Episode, Surroundings
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import Objective, Telemetry
 from swarmevo.testing import FitnessTests, SwitchCounter, random_telemetry
@@ -373,3 +373,37 @@ def test_names():
     assert Speed().objectives == (Objective("speed", "maximise", (0.0, 1.0)),)
     names = [factory().objectives[0].name for factory in FACTORIES]
     assert names == ["togetherness", "progress", "displacement", "success", "speed", "homing", "nearness", "shaped"]
+
+
+# ---- other scenes ----------------------------------------------------------------------------------------------------
+
+PUCK = {"shape": "cylinder", "size": (0.06, 0.06, 0.03)}
+
+
+@pytest.mark.parametrize(
+    ("scene", "found"),
+    [
+        ({"movables": [], "goals": []}, "0 movables and no goal"),
+        ({"movables": [PUCK]}, "a cylinder and a wall"),
+        ({"goals": [{"region": (0, 0.1, 0, 0.1)}]}, "a box and a region"),
+        ({"movables": [{}, {}]}, "2 movables and a wall"),
+    ],
+)
+@pytest.mark.parametrize("factory", [Togetherness, Progress, Displacement])
+def test_what_needs_one_box_and_one_wall_says_so(factory, scene, found):
+    told = episode([ELSEWHERE], scene=Surroundings.model_validate(scene))
+    with pytest.raises(ValueError, match=f"scene: expected one box and one wall to push it to, got {found}; success"):
+        value(factory, told)
+
+
+def test_nearness_needs_an_emitter_that_stands_still():
+    for emitters, found in (([], "0"), ([{"rides_on": 0}], "one that rides")):
+        told = episode([ELSEWHERE], scene=Surroundings.model_validate({"emitters": emitters}))
+        with pytest.raises(ValueError, match=f"scene.emitters: expected one that stands still, got {found}"):
+            value(Nearness, told)
+
+
+def test_the_box_the_wall_and_the_arena_are_those_of_the_scene():
+    scene = Surroundings.model_validate({"movables": [{"size": (0.1, 0.1, 0.03)}], "goals": [{"wall": "east"}]})
+    told = episode([ELSEWHERE], (0.2, 0.0, 0.0), arena=Arena(shape="rectangle", sides=(3.0, 1.0)), scene=scene)
+    assert free_way(told)[0, 0] == pytest.approx(1.5 - 0.05 - 0.2)

@@ -32,9 +32,11 @@ from swarmevo.analysis import fronts
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
+from swarmevo.plugins.team import Team
 from swarmevo.runs import driver, other_world
 from swarmevo.runs.store import Store
-from swarmevo.views import html
+from swarmevo.simulation import EpisodeKey, layout
+from swarmevo.views import figures, html
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
 from swarmevo.views.replay import epuck
@@ -182,6 +184,7 @@ def test_poses_are_kept_to_a_hair(recording: Recording, episode: dict[str, Any])
 def test_the_gap_is_that_of_the_nearest_corner(settings: Config) -> None:
     for wall, (axis, sign) in {"north": (1, 1), "south": (1, -1), "east": (0, 1), "west": (0, -1)}.items():
         arena = settings.arena.model_copy(update={"target_wall": wall})
+        turned = settings.model_copy(update={"arena": arena})
         box = np.array([[0.1, -0.2, 0.3], [0.0, 0.1, -2.0]])
         corners = [
             (x + a * np.cos(turn) - b * np.sin(turn), y + a * np.sin(turn) + b * np.cos(turn))
@@ -190,9 +193,8 @@ def test_the_gap_is_that_of_the_nearest_corner(settings: Config) -> None:
             for b in (0.09, -0.09)
         ]
         nearest = 0.5 - (sign * np.array(corners)[:, axis]).reshape(2, 4).max(axis=1)
-        np.testing.assert_allclose(
-            replay_data._gap(settings.model_copy(update={"arena": arena}), box), nearest, atol=1e-12
-        )
+        gap = layout.delivery_distance(turned, box[:, np.newaxis], np.zeros((2, 1)))
+        np.testing.assert_allclose(gap, nearest, atol=1e-12)
 
 
 def test_the_caption_tells_what_came_of_it(recording: Recording) -> None:
@@ -254,7 +256,7 @@ def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[st
     assert [name for name, _ in events] == ["head", "chunk", "chunk", "chunk", "outcome"]
     chunks = [chunk for name, chunk in events if name == "chunk"]
     assert [chunk["steps"] for chunk in chunks] == [100, 100, 100]
-    for name in ("pose", "box", "command", "touch", "rf", "contact", "gap"):
+    for name in ("pose", "movables", "command", "touch", "rf", "at_goal", "gap"):
         streamed = b"".join(base64.b64decode(chunk[name]) for chunk in chunks)
         assert streamed == base64.b64decode(episode["chunks"][0][name]), name
     assert events[-1][1] == replay_data.outcome(recording)
@@ -271,7 +273,7 @@ def test_the_scene_has_every_node_that_the_player_moves(settings: Config) -> Non
     for robot in range(5):
         for node in ("left/tyre", "right/tyre", "touch/0", "touch/3", "halo", "nose", "number"):
             assert f"/robots/{robot}/{node}" in paths
-    assert {"/box/body", "/arena/target", "/arena/stripe", "/emitter/range/disc"} < paths
+    assert {"/movables/0/body", "/goals/0/wall", "/goals/0/stripe", "/emitters/0/range/disc"} < paths
     assert replay_scene.packed(settings) == replay_scene.packed(settings)
 
 
@@ -376,7 +378,7 @@ def test_the_scene_shows_the_stored_poses(browser: Browser, file: Path, recordin
                 np.testing.assert_allclose(np.array(seen["robots"])[:, :2], pose[0, step, :, :2], atol=1e-4)
                 turned = np.array(seen["robots"])[:, 2] - pose[0, step, :, 2]
                 np.testing.assert_allclose(np.cos(turned), 1, atol=1e-6)
-                np.testing.assert_allclose(seen["box"][:2], box[0, step, :2], atol=1e-4)
+                np.testing.assert_allclose(seen["movables"][0][:2], box[0, step, :2], atol=1e-4)
 
 
 def test_a_thinned_page_plays_to_its_end(browser: Browser, recording: Recording, tmp_path: Path) -> None:
@@ -454,6 +456,140 @@ def test_teams_of_other_sizes_stand_side_by_side(browser: Browser, run: Path, ch
         assert page.locator(".sw-stage h2").all_inner_texts() == ["1 robot", "3 robots"]
         assert [len(page.evaluate(f"swarmevo.shown({k})")["robots"]) for k in (0, 1)] == [1, 3]
         assert watched.errors == []
+
+
+# ---- other scenes than the paper's -----------------------------------------------------------------------------------
+
+PUCKS = [
+    {"shape": "cylinder", "size": (0.06, 0.06, 0.03), "mass": 0.02, "pose": (-0.36 + 0.08 * i, -0.3, 0.0)}
+    for i in range(10)
+]
+SCENES: dict[str, dict[str, Any]] = {
+    "nothing": {
+        "arena": {"shape": "rectangle", "sides": (2.0, 1.0)},
+        "scene": {"movables": [], "emitters": [], "goals": []},
+    },
+    "pucks": {"scene": {"movables": PUCKS, "goals": [{"region": (-0.5, 0.0, -0.5, 0.0)}, {"wall": "east"}]}},
+    "round": {
+        "arena": {"shape": "circle", "size": 1.6},
+        "scene": {
+            "obstacles": [
+                {"pose": (-0.3, 0.2, 0.3)},
+                {"shape": "cylinder", "pose": (0.3, -0.1, 0.0)},
+                {"shape": "wall", "ends": ((-0.5, -0.1), (-0.2, -0.1))},
+            ],
+            "emitters": [
+                {"position": (0.1, 0.0, 0.03), "rides_on": 0},
+                {"channel": "light", "position": (0.5, 0.0, 0.0)},
+            ],
+            "goals": [{"region": (-0.2, 0.2, 0.6, 0.9)}],
+        },
+    },
+    "polygon": {
+        "arena": {"shape": "polygon", "corners": ((-0.6, -0.5), (0.6, -0.5), (0.8, 0.2), (0.0, 0.8), (-0.8, 0.2))},
+        "scene": {"grey": 0.8, "patches": [{"grey": 0.0}, {"shape": "cylinder", "grey": 1.0}]},
+    },
+}
+NODES = {
+    "nothing": {"arena/walls/north", "arena/walls/east", "arena/floor"},
+    "pucks": {*(f"movables/{i}/body" for i in range(10)), "goals/0/region", "goals/1/wall", "goals/1/stripe"},
+    "round": {"arena/walls/round", "obstacles/0", "obstacles/1", "obstacles/2", "emitters/1/ball", "goals/0/region"},
+    "polygon": {*(f"arena/walls/{i}" for i in range(5)), "arena/patches/0", "arena/patches/1", "movables/0/body"},
+}
+
+
+def filmed(name: str, horizon: float = 8.0) -> Recording:
+    """Return an episode in which all robots drive north at top speed: all weights are 1."""
+    team = {"start": "poses", "start_poses": tuple((0.12 * i - 0.24, -0.4, np.pi / 2) for i in range(5))}
+    settings = Config.model_validate({**SCENES[name], "team": team, "episode": {"horizon": horizon}})
+    return record(settings, np.ones(Team(settings).space.size), [EpisodeKey(1, 0, 0, 0)])
+
+
+@pytest.fixture(scope="module")
+def films() -> dict[str, Recording]:
+    return {name: filmed(name) for name in SCENES}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_each_kind_of_object_has_its_node(name: str, films: dict[str, Recording]) -> None:
+    paths = {command["path"].lstrip("/") for command in replay_scene.commands(films[name].config)}
+    assert NODES[name] <= paths
+    kinds = {path.split("/")[0] for path in paths}
+    assert ("emitters" in kinds, "movables" in kinds) == (name != "nothing", name != "nothing")
+
+
+def test_walls_meet_at_the_corners_of_a_polygon(films: dict[str, Recording]) -> None:
+    """Each is outside, along its edge, and as long as the edge and its mitres."""
+    settings = films["polygon"].config
+    corners = layout.outline(settings.arena)
+    for i, (_, (length, thick), place) in enumerate(replay_scene._walls(settings, corners, 0.02)):
+        along = corners[(i + 1) % 5] - corners[i]
+        across = np.array([-along[1], along[0]])
+        assert length > np.hypot(*along)
+        inner = (place @ [0, thick / 2, 0, 1])[:2]
+        assert across @ (inner - corners[i]) == pytest.approx(0, abs=1e-12)
+
+
+def test_a_caption_tells_only_what_a_scene_has(films: dict[str, Recording]) -> None:
+    told = {name: [label for label, _ in replay_data.facts(film)[2:]] for name, film in films.items()}
+    assert told["nothing"] == []
+    assert told["pucks"] == ["robots at the source", "all at a goal", "at a goal in the end"]
+    assert told["round"] == ["robots at the source", "box at the goal"]
+    assert told["polygon"] == ["robots at the source"]
+
+
+def test_the_distance_is_of_the_nearest_that_is_not_delivered(films: dict[str, Recording]) -> None:
+    settings = films["pucks"].config
+    movables = np.tile([0.4, 0.4, 0.0], (10, 1))
+    movables[0] = [-0.2, -0.2, 0.0]  # in the region
+    movables[1] = [0.1, -0.2, 0.0]  # 0.1 m from it
+    at_goal = np.arange(10) == 0
+    assert layout.delivery_distance(settings, movables, at_goal) == pytest.approx(0.07)  # 0.4 + 0.03 from the east
+    movables[2:] = [0.2, 0.4, 0.0]
+    assert layout.delivery_distance(settings, movables, at_goal) == pytest.approx(0.1)
+    assert layout.delivery_distance(films["nothing"].config, np.zeros((0, 3)), np.zeros(0)) is None
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_figures_are_of_the_scene(name: str, films: dict[str, Recording]) -> None:
+    (axes,) = figures.paths(films[name]).axes
+    west, east, south, north = films[name].config.arena.bounds
+    assert axes.get_xlim()[0] < west < east < axes.get_xlim()[1]
+    assert axes.get_ylim()[0] < south < north < axes.get_ylim()[1]
+    assert np.isclose(figures.occupancy(films[name]).axes[0].images[0].get_array().sum(), 100)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_page_shows_each_scene(name: str, browser: Browser, films: dict[str, Recording], tmp_path: Path) -> None:
+    """Each movable is where it was, those that were pushed too; what a scene has not is not spoken of."""
+    film = films[name]
+    (tmp_path / "page.html").write_text(replay_page.render([replay_data.data(film, name)], name))
+    with browsers.watch(browser, 900, 560) as watched:
+        page = watched.open(tmp_path / "page.html")
+        for t in (0.0, 7.9):
+            page.evaluate(f"swarmevo.pause(); swarmevo.seek({t})")
+            drawn(page)
+            shown = np.array(page.evaluate("swarmevo.shown()")["movables"]).reshape(-1, 3)[:, :2]
+            np.testing.assert_allclose(shown, film.telemetry.movables[0, round(10 * t), :, :2], atol=1e-4)
+        browsers.keep(page, f"replay-{name}")
+        assert page.locator(".sw-plot:visible").count() == (2 if name in ("pucks", "round") else 1)
+        assert watched.errors == []
+
+
+def test_a_puck_is_pushed_in_the_picture(films: dict[str, Recording]) -> None:
+    """Else the page's test would see nothing move."""
+    movables = films["pucks"].telemetry.movables[0]
+    assert np.hypot(*(movables[-1] - movables[0])[:, :2].T).max() > 0.02
+
+
+def test_an_emitter_rides_in_the_page(browser: Browser, films: dict[str, Recording], tmp_path: Path) -> None:
+    film = films["round"]
+    (tmp_path / "page.html").write_text(replay_page.render([replay_data.data(film, "")], ""))
+    with browsers.watch(browser, 640, 420) as watched:
+        page = watched.open(tmp_path / "page.html")
+        page.evaluate("swarmevo.pause(); swarmevo.seek(0)")
+        place = page.evaluate("swarmevo.player.stages[0].scene.emitters.map(({ node }) => node.position.toArray())")
+        np.testing.assert_allclose(place, [[0.1, 0.345, 0.0], [0.5, 0.0, 0.0]], atol=1e-4)
 
 
 # ---- served ----------------------------------------------------------------------------------------------------------

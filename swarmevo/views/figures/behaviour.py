@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a team does in the arena: the paths of one test (the paper's Fig. 5), and where robots spend their time."""
+"""What a team does in a scene: the paths of one test (the paper's Fig. 5), and where robots spend their time."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,8 +14,9 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm
 
 from swarmevo.analysis import assessment
 from swarmevo.analysis.recording import Recording
-from swarmevo.config import Config
+from swarmevo.config import Config, Surroundings, surroundings
 from swarmevo.protocols import FloatArray
+from swarmevo.simulation import layout
 from swarmevo.views import text
 from swarmevo.views.figures import style
 from swarmevo.views.figures.source import Run, opened
@@ -34,11 +36,11 @@ PATH_POINTS: Final = 480
 SHADES: Final = 24
 """In which a path becomes stronger with time."""
 AFTERWARDS: Final = 2.0
-"""A path ends so long after the box has come to the wall [s]."""
+"""A path ends so long after all movables have come to a goal [s]."""
 
 
 def paths(run: Run | Recording, genome: int | None = None, test: int | None = None) -> Picture:
-    """Return the paths of a team's robots and of the box in one test (the paper's Fig. 5).
+    """Return the paths of a team's robots in one test, and what they pushed (the paper's Fig. 5).
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
@@ -47,13 +49,16 @@ def paths(run: Run | Recording, genome: int | None = None, test: int | None = No
     """
     seen = _recording(run, genome)
     episode = seen.best if test is None else test
-    pose, box = seen.telemetry.pose[episode], seen.telemetry.box[episode]
-    pose, box = pose[: _shown_steps(seen, episode)], box[: _shown_steps(seen, episode)]
+    pose, movables = seen.telemetry.pose[episode], seen.telemetry.movables[episode]
+    pose, movables = pose[: _shown_steps(seen, episode)], movables[: _shown_steps(seen, episode)]
+    scene = surroundings(seen.config)
     with style.picture(4.4, 4.5) as picture:
         axes = picture.add_subplot()
         _arena(axes, seen.config)
-        _box(axes, seen.config, box[0], fill=False, linestyle="--")
-        _box(axes, seen.config, box[-1], facecolor=style.ORANGE, alpha=0.45)
+        _emitters(axes, scene, movables[-1])
+        for movable, start, end in zip(scene.movables or (), movables[0], movables[-1], strict=True):
+            _solid(axes, movable.shape, movable.size, start, fill=False, linestyle="--")
+            _solid(axes, movable.shape, movable.size, end, facecolor=style.ORANGE, alpha=0.45)
         shown = np.linspace(0, len(pose) - 1, min(PATH_POINTS, len(pose))).astype(int)
         for robot in range(pose.shape[1]):
             _path(axes, pose[shown, robot, :2], style.colour(robot))
@@ -64,7 +69,7 @@ def paths(run: Run | Recording, genome: int | None = None, test: int | None = No
 
 
 def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
-    """Return where a team's robots spend their time, over all tests; the box as it stands at each end.
+    """Return where a team's robots spend their time, over all tests; movables as they stand at each end.
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
@@ -73,10 +78,9 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
     seen = _recording(run, genome)
     places = seen.telemetry.pose[..., :2].reshape(-1, 2)
     places = places[np.isfinite(places[:, 0])]  # until an episode's end
-    half = seen.config.arena.size / 2
-    cells = int(np.ceil(2 * half / CELL))
-    edges = np.linspace(-half, half, cells + 1)
-    share, _, _ = np.histogram2d(places[:, 0], places[:, 1], bins=(edges, edges))
+    west, east, south, north = seen.config.arena.bounds
+    cells = (_edges(west, east), _edges(south, north))
+    share, _, _ = np.histogram2d(places[:, 0], places[:, 1], bins=cells)
     share *= 100 / len(places)
     with style.picture(5.2, 4.5) as picture:
         axes = picture.add_subplot()
@@ -85,14 +89,18 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
         image = axes.imshow(
             share.T,
             origin="lower",
-            extent=(-half, half, -half, half),
+            extent=(west, east, south, north),
             cmap=OCCUPANCY,
             norm=PowerNorm(0.5, 0, top),  # so that where they pass is seen beside where they stay
             zorder=1,
             interpolation="nearest",
         )
-        for end in seen.episodes.box_pose:
-            _box(axes, seen.config, end, fill=False, linewidth=0.9)
+        scene = surroundings(seen.config)
+        for movables, steps in zip(seen.telemetry.movables, seen.episodes.steps, strict=True):
+            for movable, end in zip(scene.movables or (), movables[steps - 1], strict=True):
+                _solid(axes, movable.shape, movable.size, end, fill=False, linewidth=0.9)
+        if len(seen):
+            _emitters(axes, scene, seen.telemetry.movables[0, 0])
         bar = picture.colorbar(
             image, ax=axes, shrink=0.75, label=f"share of the robots' time in {CELL * 100:g} cm cells (%)"
         )
@@ -106,7 +114,7 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
 
 
 def _shown_steps(seen: Recording, episode: int) -> int:
-    """Return how many steps of an episode are worth showing: all, or those until shortly after the box is there."""
+    """Return how many steps of an episode are worth showing: all, or those until shortly after the push."""
     push = seen.telemetry.push_time[episode] + AFTERWARDS
     shown = np.nan_to_num(push / seen.telemetry.control_period, nan=np.inf)
     return max(2, round(float(min(shown, seen.episodes.steps[episode]))))
@@ -119,35 +127,65 @@ def _recording(run: Run | Recording, genome: int | None) -> Recording:
         return assessment.watch(store, genome)
 
 
+def _edges(low: float, high: float) -> FloatArray:
+    """Return the edges of cells of equal size from one wall to the other."""
+    return np.linspace(low, high, int(np.ceil((high - low) / CELL - 1e-9)) + 1)
+
+
 def _outcome(seen: Recording, episode: int) -> str:
     homing, push = seen.telemetry.homing_time[episode], seen.telemetry.push_time[episode]
-    home = f"{np.isfinite(homing).sum()} of {len(homing)} robots at the source"
-    return f"{home}, box at the wall {text.moment(float(push))}"
+    scene, told = surroundings(seen.config), []
+    if scene.emitters:
+        told.append(f"{np.isfinite(homing).sum()} of {len(homing)} robots at the source")
+    if delivered := text.delivery(scene):
+        told.append(f"{delivered} {text.moment(float(push))}")
+    return ", ".join(told) or f"{text.count(len(homing), 'robot')}, {text.horizon(seen.config.episode.horizon)}"
 
 
 def _arena(axes: Axes, settings: Config) -> None:
-    """Draw the walls, the target wall thick and green, and the emitter with its range."""
-    half = settings.arena.size / 2
-    axes.add_patch(
-        patches.Rectangle((-half, -half), 2 * half, 2 * half, fill=False, edgecolor=style.INK, linewidth=1.2)
-    )
-    ends = {"north": ([-half, half], [half, half]), "south": ([-half, half], [-half, -half])}
-    ends |= {"east": ([half, half], [-half, half]), "west": ([-half, -half], [-half, half])}
-    axes.plot(*ends[settings.arena.target_wall], color=style.GREEN, linewidth=4, solid_capstyle="butt", clip_on=False)
-    x, y, _ = settings.emitter.position
-    axes.add_patch(patches.Circle((x, y), settings.emitter.range, fill=False, edgecolor=style.PURPLE, linestyle=":"))
-    axes.plot(x, y, "*", color=style.PURPLE, markersize=9, zorder=4)
-    axes.set(xlim=(-half * 1.02, half * 1.02), ylim=(-half * 1.02, half * 1.02), xlabel="x (m)", ylabel="y (m)")
+    """Draw the walls, the grey of the floor, obstacles, and the goals: walls thick and green, regions a light green."""
+    scene, corners = surroundings(settings), layout.outline(settings.arena)
+    inside = patches.Polygon(corners, closed=True, fill=False, edgecolor=style.INK, linewidth=1.2)
+    axes.add_patch(inside)
+    for patch in scene.patches:
+        look = {"facecolor": str(patch.grey), "edgecolor": "none", "alpha": 0.5, "zorder": 0}
+        _solid(axes, patch.shape, patch.size, np.array(patch.pose), clip_path=inside, **look)
+    for obstacle in map(layout.as_box, scene.obstacles):
+        _solid(axes, obstacle.shape, obstacle.size, np.array(obstacle.pose), facecolor=style.INK, alpha=0.6)
+    west, east, south, north = settings.arena.bounds
+    ends = {"north": ([west, east], [north, north]), "south": ([west, east], [south, south])}
+    ends |= {"east": ([east, east], [south, north]), "west": ([west, west], [south, north])}
+    for goal in scene.goals or ():
+        if goal.wall is not None:
+            axes.plot(*ends[goal.wall], color=style.GREEN, linewidth=4, solid_capstyle="butt", clip_on=False)
+        elif goal.region is not None:
+            x, to_x, y, to_y = goal.region
+            look = {"facecolor": style.GREEN, "edgecolor": style.GREEN, "alpha": 0.25, "zorder": 0, "clip_path": inside}
+            axes.add_patch(patches.Rectangle((x, y), to_x - x, to_y - y, **look))
+    room = 0.01 * max(east - west, north - south)
+    axes.set(xlim=(west - room, east + room), ylim=(south - room, north + room), xlabel="x (m)", ylabel="y (m)")
     axes.set_aspect("equal")
     axes.grid(False)
     for spine in axes.spines.values():
         spine.set_visible(False)
 
 
-def _box(axes: Axes, settings: Config, pose: FloatArray, **look: Any) -> None:
-    length, width = settings.box.size[:2]
+def _emitters(axes: Axes, scene: Surroundings, movables: FloatArray) -> None:
+    """Draw each emitter with its range; one that rides where the movables ``(movables, 3)`` carry it."""
+    for emitter in scene.emitters or ():
+        x, y = layout.emitter_places(emitter, movables)
+        axes.add_patch(patches.Circle((x, y), emitter.range, fill=False, edgecolor=style.PURPLE, linestyle=":"))
+        axes.plot(x, y, "*", color=style.PURPLE, markersize=9, zorder=4)
+
+
+def _solid(axes: Axes, shape: str, size: Sequence[float], pose: FloatArray, **look: Any) -> None:
+    """Draw a box or a cylinder from above."""
+    length, width = size[:2]
     x, y, heading = pose
     look = {"edgecolor": style.INK, "linewidth": 1.2, "zorder": 2} | look
+    if shape == "cylinder":
+        axes.add_patch(patches.Circle((x, y), length / 2, **look))
+        return
     corner = (x - length / 2, y - width / 2)
     axes.add_patch(patches.Rectangle(corner, length, width, angle=np.degrees(heading), rotation_point="center", **look))
 

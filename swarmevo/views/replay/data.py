@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.analysis.recording import Recording
-from swarmevo.config import Config
+from swarmevo.config import Config, surroundings
 from swarmevo.protocols import FloatArray
+from swarmevo.simulation import layout
 from swarmevo.views import text
 from swarmevo.views.replay import scene
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Of an episode's data, for the player."""
 
 MOST_BYTES: Final = 4_000_000
@@ -38,7 +39,7 @@ def data(
         most_bytes: If its control steps take more, only one of several is kept, which the captions tell: as ``thinned``
             there is one of how many. The player interpolates.
     """
-    count = len(recording.telemetry.box[0])
+    count = recording.telemetry.pose.shape[1]
     steps = chunk(recording, range(count))
     every = math.ceil(sum(map(len, _texts(steps))) / most_bytes)
     shown = [("control steps shown", f"1 of {every}, {recording.config.episode.control_period * every:.3g} s apart")]
@@ -59,7 +60,7 @@ def _texts(steps: dict[str, Any]) -> list[str]:
 def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dict[str, Any]:
     """Return what is known of an episode as soon as it has begun."""
     config = recording.config
-    size, strength = config.arena.size, config.emitter.strength
+    surrounding, span = surroundings(config), _span(config)
     return {
         "format": FORMAT,
         "title": title,
@@ -69,8 +70,17 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
         "period": config.episode.control_period * every,
         "thinned": every,
         "horizon": config.episode.horizon,
-        "arena": size,
-        "emitter": {"position": config.emitter.position, "range": config.emitter.range, "strength": strength},
+        "arena": {"bounds": config.arena.bounds, "planes": scene.clipping(config)},
+        "ground": {"grey": surrounding.grey, "patches": [patch.grey for patch in surrounding.patches]},
+        "movables": [{"shape": movable.shape, "size": movable.size} for movable in surrounding.movables or ()],
+        "emitters": [
+            {"position": emitter.position, "range": emitter.range, "rides_on": emitter.rides_on}
+            for emitter in surrounding.emitters or ()
+        ],
+        "signal": layout.signal_range(surrounding),
+        "delivery": text.delivery(surrounding),
+        "distance": text.delivery_distance(surrounding),
+        "legend": _legend(config),
         "robot": {
             "radius": config.robot.radius,
             "wheel": config.robot.wheel_radius,
@@ -79,11 +89,30 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
             "bumper": config.robot.bumper,
             "touch": scene.touch_sensors(config),
         },
-        "unit": {"position": size / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * size / _LARGEST},
+        "unit": {"position": span / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * span / _LARGEST},
         "terms": list(recording.terms),
         "explained": f"F{recording.explained + 1}" if recording.terms else "",
         "scene": scene.packed(config),
     }
+
+
+def _span(config: Config) -> float:
+    """Return twice the largest coordinate in the arena [m]: the paper's is as long as a side."""
+    return 2 * max(map(abs, config.arena.bounds))
+
+
+def _legend(config: Config) -> list[tuple[str, str]]:
+    """Return what the scene shows: kinds of marks, and their names."""
+    seen, has_touch = surroundings(config), "touch" in config.robot.sensors
+    goals = seen.goals or ()
+    marks = {
+        ("signal", "RF signal"): bool(seen.emitters),
+        ("touch", "box sensor" if text.has_one_box(seen) else "touch sensor"): has_touch and bool(seen.movables),
+        ("bumper", "bumper"): config.robot.bumper == "sprung",
+        ("target", "target wall"): any(goal.wall for goal in goals),
+        ("region", "goal"): any(goal.region for goal in goals),
+    }
+    return [mark for mark, is_shown in marks.items() if is_shown]
 
 
 def outcome(recording: Recording) -> dict[str, Any]:
@@ -116,21 +145,24 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     ]
     if recording.complexity not in recording.values[0]:  # else an objective tells it
         said.append(("hidden neurons", f"{recording.complexity:g}"))
-    came = ", ".join([f"{len(home)} of {robots}", *([text.span(home.tolist())] if len(home) else [])])
-    push = float(telemetry.push_time[0])
-    return [
-        *said,
-        ("robots at the source", came),
-        ("box at the wall", text.moment(push)),
-    ]
+    seen = surroundings(recording.config)
+    if seen.emitters:
+        came = ", ".join([f"{len(home)} of {robots}", *([text.span(home.tolist())] if len(home) else [])])
+        said.append(("robots at the source", came))
+    if delivered := text.delivery(seen):
+        said.append((delivered, text.moment(float(telemetry.push_time[0]))))
+    if len(seen.movables or ()) > 1 and seen.goals:
+        end = int(telemetry.at_goal[0, int(recording.episodes.steps[0]) - 1].sum())
+        said.append(("at a goal in the end", f"{end} of {len(seen.movables or ())}"))
+    return said
 
 
 def chunk(recording: Recording, steps: range) -> dict[str, Any]:
     """Return some control steps of an episode as arrays of small integers in base64, and their number.
 
     An array's axes are those of the telemetry behind the episode; ``rf`` is over the strongest signal, ``gap`` is the
-    distance between box and target wall. Of the steps that are left out, commands and terms are in the mean, and no
-    touch is lost.
+    distance between a goal and the movable nearest to one, and is empty where nothing is to be brought anywhere. Of
+    the steps that are left out, commands and terms are in the mean, and no touch is lost.
     """
     config, telemetry = recording.config, recording.telemetry
 
@@ -147,29 +179,21 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
     starts = np.arange(0, steps.stop - steps.start, steps.step)
     lengths = np.diff(starts, append=steps.stop - steps.start)
 
-    scale = np.array([config.arena.size, config.arena.size, math.pi])
-    strongest = max(config.emitter.strength[1], 1e-9)
+    span = _span(config)
+    scale = np.array([span, span, math.pi])
+    strongest = max(layout.signal_range(surroundings(config))[1], 1e-9)
+    gap = layout.delivery_distance(config, channel("movables"), channel("at_goal"))
     return {
         "steps": len(steps),
         "pose": _integers(channel("pose") / scale, np.int16),
-        "box": _integers(channel("box") / scale, np.int16),
+        "movables": _integers(channel("movables") / scale, np.int16),
         "command": _integers(mean(telemetry.channels["command"][0]), np.int8),
         "touch": _integers(most("touch"), np.uint8),
         "rf": _integers(channel("rf") / strongest, np.uint8),
-        "contact": _integers(most("box_contact"), np.uint8),
-        "gap": _integers(_gap(config, channel("box")) / (2 * config.arena.size), np.int16),
+        "at_goal": _integers(most("at_goal"), np.uint8),
+        "gap": "" if gap is None else _integers(gap / (2 * span), np.int16),
         "terms": [_floats(mean(series[0])) for series in recording.terms.values()],
     }
-
-
-def _gap(config: Config, box: FloatArray) -> FloatArray:
-    """Return the distance ``(steps,)`` [m] between the box's nearest corner and the target wall."""
-    axis, sign = {"east": (0, 1), "west": (0, -1), "north": (1, 1), "south": (1, -1)}[config.arena.target_wall]
-    length, width, _ = config.box.size
-    cosine, sine = np.abs(np.cos(box[:, 2])), np.abs(np.sin(box[:, 2]))
-    reach = (length * cosine + width * sine if axis == 0 else length * sine + width * cosine) / 2
-    gap: FloatArray = config.arena.size / 2 - sign * box[:, axis] - reach
-    return gap
 
 
 def _integers(fractions: FloatArray, kind: type[np.integer[Any]]) -> str:

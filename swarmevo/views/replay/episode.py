@@ -205,6 +205,6 @@ def stream(config: Config, genes: FloatArray, key: EpisodeKey, title: str, subti
                 "head",
                 {**head(recording, title, subtitle), "horizon": config.episode.horizon, "warning": "", "chunks": []},
             )
-        yield "chunk", chunk(recording, range(done, len(recording.telemetry.box[0])))
-        done = total if len(recording.telemetry.box[0]) < end else end
+        yield "chunk", chunk(recording, range(done, recording.telemetry.pose.shape[1]))
+        done = total if recording.telemetry.pose.shape[1] < end else end
     yield "outcome", outcome(recording)

@@ -6,8 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
+import numpy as np
 from meshcat import transformations as tf
 from meshcat.commands import SetObject, SetTransform
 from meshcat.geometry import Geometry, Mesh, MeshBasicMaterial, MeshLambertMaterial, MeshPhongMaterial
@@ -16,10 +17,13 @@ from meshcat.path import Path
 from swarmevo.protocols import FloatArray
 
 Command = dict[str, Any]
+Material: TypeAlias = MeshPhongMaterial | MeshLambertMaterial | MeshBasicMaterial
 
 UPRIGHT: Final = tf.rotation_matrix(math.pi / 2, [1, 0, 0])
 """three.js' cylinders stand along y, ours along z."""
 FLOOR_LAYERS: Final = {
+    "floor": 0.0,
+    "patch": 0.0002,
     "stripe": 0.0004,
     "grid": 0.0006,
     "range": 0.0008,
@@ -37,10 +41,12 @@ class Part:
 
     path: str
     geometry: Geometry
-    material: MeshPhongMaterial | MeshLambertMaterial | MeshBasicMaterial
+    material: Material
     transform: FloatArray
     """``(4, 4)``"""
     shadow: bool = True
+    order: int = 0
+    """When it is drawn: the lower, the sooner."""
 
     def commands(self) -> Iterator[Command]:
         """Yield what makes the viewer show it."""
@@ -52,6 +58,9 @@ class Part:
         if not self.shadow:
             for key in ("castShadow", "receiveShadow"):
                 yield {"type": "set_property", "path": f"/{self.path}/<object>", "property": key, "value": False}
+        if self.order:
+            path = f"/{self.path}/<object>"
+            yield {"type": "set_property", "path": path, "property": "renderOrder", "value": self.order}
 
 
 class Shape(Geometry):  # type: ignore[misc]  # meshcat has no types
@@ -95,13 +104,36 @@ def cylinder(radius: float, height: float, top: float | None = None) -> Shape:
     )
 
 
-def tube(inner: float, outer: float, low: float, high: float, yaw: float, half_width: float) -> Shape:
+def polygon(corners: FloatArray) -> Shape:
+    """Return a convex polygon that lies on its back; ``corners`` ``(n, 2)`` counter-clockwise."""
+    n = len(corners)
+    position = np.column_stack([corners, np.zeros(n)])
+    triangles = [[0, k, k + 1] for k in range(1, n - 1)]
+
+    def attribute(values: list[float]) -> dict[str, Any]:
+        return {"itemSize": 3, "type": "Float32Array", "array": values, "normalized": False}
+
+    return Shape(
+        "BufferGeometry",
+        data={
+            "attributes": {
+                "position": attribute(position.ravel().tolist()),
+                "normal": attribute([0.0, 0.0, 1.0] * n),
+            },
+            "index": {"type": "Uint16Array", "array": [k for triangle in triangles for k in triangle]},
+        },
+    )
+
+
+def tube(
+    inner: float, outer: float, low: float, high: float, yaw: float, half_width: float, segments: int = 32
+) -> Shape:
     """Return the part of an upright pipe that is seen within ``half_width`` [rad] of the bearing ``yaw`` [rad]."""
     profile = [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)]
     return Shape(
         "LatheGeometry",
         points=[{"x": x, "y": y} for x, y in profile],
-        segments=32,
+        segments=segments,
         phiStart=yaw - half_width + math.pi / 2,
         phiLength=2 * half_width,
     )
@@ -126,9 +158,9 @@ def glossy(colour: str, opacity: float = 1.0, **properties: Any) -> MeshPhongMat
     )
 
 
-def matt(colour: str) -> MeshLambertMaterial:
+def matt(colour: str, **properties: Any) -> MeshLambertMaterial:
     """Return a material that is lit and does not shine."""
-    return MeshLambertMaterial(color=number(colour))
+    return MeshLambertMaterial(color=number(colour), **properties)
 
 
 def flat(colour: str, opacity: float = 1.0, map: Text | None = None) -> MeshBasicMaterial:
@@ -146,4 +178,10 @@ def number(colour: str) -> int:
 def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> FloatArray:
     """Return the transform ``(4, 4)`` to a place [m]."""
     place: FloatArray = tf.translation_matrix([x, y, z])
+    return place
+
+
+def turned(x: float, y: float, heading: float, z: float = 0.0) -> FloatArray:
+    """Return the transform ``(4, 4)`` to a pose [m, m, rad] at a height [m]."""
+    place: FloatArray = at(x, y, z) @ tf.rotation_matrix(heading, [0, 0, 1])
     return place

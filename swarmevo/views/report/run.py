@@ -90,15 +90,18 @@ def _episode(store: Store, chosen: replay_episode.Chosen) -> dict[str, Any]:
 
 
 def data(store: Store, run: Run) -> dict[str, Any]:
-    """Return what ``report.js`` needs of a run. What all its episodes share is said once."""
+    """Return what ``report.js`` needs of a run. A scene that several episodes share is said once."""
     episodes = list(run.episodes.values())
+    shared = episodes[0]["scene"] if episodes else []
     return {
         "objectives": [
             {"name": text.words(o.name), "label": text.label(o), "maximise": o.is_maximised} for o in store.objectives
         ],
         "points": [_point(store, run, point) for point in run.points],
-        "scene": episodes[0]["scene"] if episodes else [],
-        "episodes": [{key: value for key, value in episode.items() if key != "scene"} for episode in episodes],
+        "scene": shared,
+        "episodes": [
+            {key: value for key, value in episode.items() if key != "scene" or value != shared} for episode in episodes
+        ],
     }
 
 

@@ -97,7 +97,7 @@ class Player {
     if (this.button) this._button();
   }
 
-  /** Return for each stage every robot's and the box's x, y, heading at t, as stored. */
+  /** Return for each stage every robot's and movable's x, y, heading at t, as stored. */
   poses(t) {
     return this.stages.map((stage) => stage.track.poses(t));
   }
@@ -157,7 +157,7 @@ class Player {
     this.button.setAttribute("aria-label", this.playing ? "pause" : "play");
   }
 
-  /** Mark on the slider when robots came home, in their colours, and when the box touched the wall. */
+  /** Mark on the slider when robots came home, in their colours, and when all movables had been at a goal. */
   _marks() {
     this.marks.replaceChildren();
     const mark = (t, kind, title, colour) => {
@@ -167,9 +167,9 @@ class Player {
       if (colour) made.style.background = colour;
     };
     for (const { track } of this.stages) {
-      const { homing, push, colours } = track.episode;
+      const { homing, push, colours, delivery } = track.episode;
       if (this.stages.length === 1) (homing || []).forEach((t, i) => t !== null && mark(t, "came", `robot ${i + 1} at the source, ${t.toFixed(1)} s`, colours[i]));
-      if (push !== null && push !== undefined) mark(push, "pushed", `box at the wall, ${push.toFixed(1)} s`);
+      if (push !== null && push !== undefined) mark(push, "pushed", `${delivery}, ${push.toFixed(1)} s`);
     }
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An episode in meshcat's viewer: robots and box that move, trails, signals, light and camera.
+// An episode in meshcat's viewer: robots and movables that move, trails, signals, light and camera.
 
 const TRAIL_SECONDS = 25;
 const WAVE_SECONDS = 2.4; // from the emitter to the end of its range
+const GREYEST = 0.15; // share of the floor's light that the blackest patch keeps: shadows are seen on it
 
 const THEMES = {
   light: { floor: "#f3f0e8", wall: "#cfd3d6", target: "#86c5bc", reached: "#0fa08f", grid: [0, 0.09], trail: 0.8, ambient: 0.62, key: 0.4 },
@@ -45,11 +46,15 @@ class Scene {
   load(track, commands) {
     const { viewer } = this;
     this.track = track;
-    for (const name of ["arena", "box", "emitter", "robots", "trails", "start"]) viewer.delete_path([name]);
+    for (const name of ["arena", "obstacles", "movables", "goals", "emitters", "robots", "trails", "start"]) viewer.delete_path([name]);
     for (const command of commands) viewer.handle_command_bytearray(bytes(command));
     const find = (...path) => viewer.scene_tree.find(path).object;
-    this.box = find("box");
-    this.waves = [0, 1].map((k) => find("emitter", "range", `wave${k}`));
+    const { planes } = track.episode.arena;
+    this.movables = track.episode.movables.map((_, i) => ({ body: find("movables", `${i}`), top: find("movables", `${i}`, "top") }));
+    this.emitters = track.episode.emitters.map((_, i) => ({
+      node: find("emitters", `${i}`),
+      waves: [0, 1].map((k) => find("emitters", `${i}`, "range", `wave${k}`)),
+    }));
     this.robots = track.episode.colours.map((_, i) => ({
       body: find("robots", `${i}`),
       wheels: ["left", "right"].map((side) => find("robots", `${i}`, side)),
@@ -60,7 +65,10 @@ class Scene {
     for (const robot of this.robots) {
       robot.wheels.forEach((node, side) => node.position.set(0, (side ? -axle : axle) / 2, wheel));
     }
-    this._clip(find("emitter", "range"), track.episode.arena);
+    this._clip(find("goals"), planes);
+    this._clip(find("arena", "patches"), planes);
+    track.episode.emitters.forEach((_, i) => this._clip(find("emitters", `${i}`, "range"), planes));
+    this._shadows(2 * Math.max(...track.episode.arena.bounds.map(Math.abs)));
     this.fresh();
     this.follow = null;
     this.theme();
@@ -76,10 +84,12 @@ class Scene {
 
   theme() {
     const theme = THEMES[isDark() ? "dark" : "light"];
-    const paint = (path, colour) =>
-      this.viewer.scene_tree.find(path).object.traverse((node) => node.material && node.material.color.set(colour));
-    paint(["arena", "floor"], theme.floor);
-    paint(["arena", "walls"], theme.wall);
+    const paint = (path, colour, grey = 1) =>
+      this.viewer.scene_tree.find(path).object.traverse((node) => node.material && node.material.color.set(colour).multiplyScalar(grey));
+    const { grey, patches } = this.track.episode.ground;
+    paint(["arena", "floor"], theme.floor, GREYEST + (1 - GREYEST) * grey);
+    patches.forEach((shade, i) => paint(["arena", "patches", `${i}`], theme.floor, GREYEST + (1 - GREYEST) * shade));
+    for (const path of [["arena", "walls"], ["obstacles"]]) paint(path, theme.wall);
     const [shade, opacity] = theme.grid;
     this.viewer.scene_tree.find(["arena", "grid"]).object.traverse((node) => {
       if (node.material) [node.material.opacity] = [opacity, node.material.color.setScalar(shade / 255)];
@@ -95,24 +105,46 @@ class Scene {
     const { track, viewer } = this;
     if (!track.steps) return;
     const at = track.at(t);
-    const { robots, box } = track.poses(t);
-    this.box.position.set(box[0], box[1], 0);
-    this.box.rotation.set(0, 0, box[2]);
+    const { robots, movables } = track.poses(t);
+    movables.forEach((pose, i) => this._movable(i, pose, at));
     robots.forEach((pose, i) => this._robot(i, pose, at));
-    this.waves.forEach((wave, k) => {
-      const phase = (t / WAVE_SECONDS + k / 2) % 1;
-      wave.scale.set(phase * track.episode.emitter.range, phase * track.episode.emitter.range, 1);
-      wave.traverse((node) => node.material && (node.material.opacity = 0.45 * (1 - phase)));
-    });
+    track.episode.emitters.forEach((emitter, i) => this._emitter(i, emitter, movables, t));
     for (const trail of this.trails) trail.material.uniforms.now.value = t;
-    const reached = track.contact[at.step] > 0;
-    for (const name of ["target", "stripe"]) {
-      viewer.scene_tree.find(["arena", name]).object.traverse((node) => {
-        if (node.material) node.material.color.set(reached ? this.colours.reached : this.colours.target);
-      });
-    }
+    const reached = movables.length > 0 && movables.every((_, i) => track.isAtGoal(at, i));
+    viewer.scene_tree.find(["goals"]).object.traverse((node) => {
+      if (node.material) node.material.color.set(reached ? this.colours.reached : this.colours.target);
+    });
     if (this.follow !== null) this._go(robots[this.follow]);
     viewer.set_dirty();
+  }
+
+  _movable(i, [x, y, heading], at) {
+    const { body, top } = this.movables[i];
+    body.position.set(x, y, 0);
+    body.rotation.set(0, 0, heading);
+    if (this.movables.length < 2) return; // the goal itself tells of the only one
+    const there = this.track.isAtGoal(at, i);
+    top.traverse((node) => {
+      if (!node.material) return;
+      node.material.color.set(there ? this.colours.reached : "#ffffff");
+      node.material.opacity = there ? 0.8 : 0.16;
+    });
+  }
+
+  _emitter(i, emitter, movables, t) {
+    const { node, waves } = this.emitters[i];
+    let [x, y] = emitter.position;
+    if (emitter.rides_on !== null) {
+      const [carrierX, carrierY, heading] = movables[emitter.rides_on];
+      const [cosine, sine] = [Math.cos(heading), Math.sin(heading)];
+      [x, y] = [carrierX + cosine * x - sine * y, carrierY + sine * x + cosine * y];
+    }
+    node.position.set(x, y, 0);
+    waves.forEach((wave, k) => {
+      const phase = (t / WAVE_SECONDS + k / 2) % 1;
+      wave.scale.set(phase * emitter.range, phase * emitter.range, 1);
+      wave.traverse((part) => part.material && (part.material.opacity = 0.45 * (1 - phase)));
+    });
   }
 
   _robot(i, [x, y, heading], at) {
@@ -134,7 +166,7 @@ class Scene {
   /** Return what the scene shows now, as `Track.poses` does. */
   shown() {
     const pose = (node) => [node.position.x, node.position.y, node.rotation.z];
-    return { robots: this.robots.map((robot) => pose(robot.body)), box: pose(this.box) };
+    return { robots: this.robots.map((robot) => pose(robot.body)), movables: this.movables.map(({ body }) => pose(body)) };
   }
 
   // -- parts
@@ -154,12 +186,17 @@ class Scene {
     this.viewer.set_object(["Lights", "Key"], this.key);
   }
 
-  /** Keep a node's meshes inside the walls, and the light's shadow on the floor. */
-  _clip(node, size) {
+  /** Keep a node's meshes on the floor inside the walls; a goal's wall is no part of the floor. */
+  _clip(node, walls) {
     const { THREE } = MeshCat;
-    const half = size / 2;
-    const planes = [[1, 0, 0], [-1, 0, 0], [0, 0, 1], [0, 0, -1]].map((n) => new THREE.Plane(new THREE.Vector3(...n), half));
-    node.traverse((mesh) => mesh.material && (mesh.material.clippingPlanes = planes));
+    const planes = walls.map(([a, b, c]) => new THREE.Plane(new THREE.Vector3(a, 0, -b), c)); // y is up here
+    node.traverse((mesh) => {
+      if (mesh.material && !mesh.geometry.type.startsWith("Box")) mesh.material.clippingPlanes = planes;
+    });
+  }
+
+  /** Keep the light's shadow on the floor. */
+  _shadows(size) {
     Object.assign(this.key.shadow.camera, { left: -0.8 * size, right: 0.8 * size, top: 0.8 * size, bottom: -0.8 * size, near: 0.1, far: 6 * size });
     this.key.position.set(-0.9 * size, -0.7 * size, 1.9 * size);
     this.key.shadow.camera.updateProjectionMatrix();
@@ -215,22 +252,26 @@ class Scene {
     });
   }
 
-  /** Draw a dashed outline where the box stood at the start. */
+  /** Draw a dashed outline where each movable stood at the start. */
   _start() {
     const { THREE } = MeshCat;
-    if (!this.track.steps || this.box === undefined) return;
-    const body = this.viewer.scene_tree.find(["box", "body", "<object>"]).object.geometry.parameters;
-    const [w, h] = [body.width / 2, body.height / 2];
-    const [x, y, heading] = this.track.poses(0).box;
-    const corners = [[w, h], [-w, h], [-w, -h], [w, -h], [w, h]].map(
-      ([a, b]) => new THREE.Vector3(x + a * Math.cos(heading) - b * Math.sin(heading), y + a * Math.sin(heading) + b * Math.cos(heading), 0.0014),
-    );
-    const line = new THREE.Line(
-      new THREE.BufferGeometry().setFromPoints(corners),
-      new THREE.LineDashedMaterial({ color: 0x9a7440, dashSize: 0.012, gapSize: 0.008 }),
-    );
-    line.computeLineDistances();
-    this.viewer.set_object(["start"], line);
+    if (!this.track.steps) return;
+    const start = this.track.poses(0).movables;
+    this.track.episode.movables.forEach(({ shape, size }, i) => {
+      const [w, h] = [size[0] / 2, size[1] / 2];
+      const [x, y, heading] = start[i];
+      const round = Array.from({ length: 41 }, (_, k) => [w * Math.cos((k * Math.PI) / 20), w * Math.sin((k * Math.PI) / 20)]);
+      const rim = shape === "cylinder" ? round : [[w, h], [-w, h], [-w, -h], [w, -h], [w, h]];
+      const points = rim.map(
+        ([a, b]) => new THREE.Vector3(x + a * Math.cos(heading) - b * Math.sin(heading), y + a * Math.sin(heading) + b * Math.cos(heading), 0.0014),
+      );
+      const line = new THREE.Line(
+        new THREE.BufferGeometry().setFromPoints(points),
+        new THREE.LineDashedMaterial({ color: 0x9a7440, dashSize: 0.012, gapSize: 0.008 }),
+      );
+      line.computeLineDistances();
+      this.viewer.set_object(["start", `${i}`], line);
+    });
   }
 
   // -- camera
@@ -249,12 +290,14 @@ class Scene {
   look() {
     const { THREE } = MeshCat;
     const { camera, controls } = this.viewer;
-    const half = (this.track.episode.arena / 2) * 1.05;
-    const corners = [-half, half].flatMap((x) => [-half, half].flatMap((y) => [0, 0.05].map((z) => new THREE.Vector3(x, z, -y))));
+    const [west, east, south, north] = this.track.episode.arena.bounds;
+    const [middleX, middleY] = [(west + east) / 2, (south + north) / 2];
+    const [halfX, halfY] = [((east - west) / 2) * 1.05, ((north - south) / 2) * 1.05];
+    const corners = [-halfX, halfX].flatMap((x) => [-halfY, halfY].flatMap((y) => [0, 0.05].map((z) => new THREE.Vector3(middleX + x, z, -middleY - y))));
     const [turn, rise] = camera.aspect < 1.1 ? [0, 1.0] : [0, 0.86];
     const direction = new THREE.Vector3(Math.sin(turn) * Math.cos(rise), Math.sin(rise), Math.cos(turn) * Math.cos(rise));
-    const target = new THREE.Vector3();
-    let distance = 3 * half;
+    const target = new THREE.Vector3(middleX, 0, -middleY);
+    let distance = 3 * Math.max(halfX, halfY);
     for (let turn = 0; turn < 12; turn++) {
       camera.position.copy(target).addScaledVector(direction, distance);
       camera.lookAt(target);

@@ -19,17 +19,7 @@ class Stage {
     } catch (error) {
       element("p", "sw-no-scene", `The scene needs WebGL, which this browser does not give: ${error.message}`, scene);
     }
-    const legend = element("ul", "sw-legend", undefined, scene);
-    const named = (name, text) => {
-      const item = element("li", "", undefined, legend);
-      element("i", `sw-mark-${name}`, undefined, item);
-      item.append(text);
-      return item;
-    };
-    named("signal", "RF signal");
-    named("touch", "box sensor");
-    this.bumper = named("bumper", "bumper");
-    named("target", "target wall");
+    this.legend = element("ul", "sw-legend", undefined, scene);
     this.home = element("button", "sw-camera", "whole arena", scene);
     this.home.type = "button";
     this.home.addEventListener("click", () => {
@@ -45,7 +35,7 @@ class Stage {
     this.subtitle.textContent = episode.subtitle;
     this.warning.textContent = episode.warning || "";
     this.warning.hidden = !episode.warning;
-    this.bumper.hidden = episode.robot.bumper !== "sprung";
+    this._legend();
     this._facts();
     this._team();
     if (this.scene) this.scene.load(this.track, episode.scene || commands);
@@ -61,6 +51,15 @@ class Stage {
   finish(outcome) {
     Object.assign(this.track.episode, outcome);
     this._facts();
+  }
+
+  _legend() {
+    this.legend.replaceChildren();
+    for (const [mark, text] of this.track.episode.legend) {
+      const item = element("li", "", undefined, this.legend);
+      element("i", `sw-mark-${mark}`, undefined, item);
+      item.append(text);
+    }
   }
 
   _facts() {
@@ -111,7 +110,8 @@ class Stage {
     const parts = episode.terms.map((name, k) => ({ name, colour: colours[k % colours.length], values: track.terms[k], unit: "", digits: 1 }));
     terms.draw(`${episode.explained} now`, parts, episode.horizon, track.end, true);
     const distance = Float32Array.from(track.gap, (value) => 100 * value * episode.unit.gap);
-    gap.draw("box to target wall", [{ name: "", colour: colour("target"), values: distance, unit: " cm", digits: 1 }], episode.horizon, track.end, false);
+    gap.root.hidden = !episode.distance;
+    gap.draw(episode.distance, [{ name: "", colour: colour("target"), values: distance, unit: " cm", digits: 1 }], episode.horizon, track.end, false);
   }
 
   show(t) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An episode's numbers: decoded, joined as they come, and between control steps.
 
-const FORMAT = 1; // of an episode, data.py
+const FORMAT = 2; // of an episode, data.py
 
 /** Arrays of all control steps so far, and what is between two of them. */
 class Track {
@@ -11,16 +11,16 @@ class Track {
     this.robots = episode.robots;
     this.steps = 0;
     const none = (type) => new type(0);
-    this.pose = this.box = this.gap = none(Int16Array);
+    this.pose = this.movables = this.gap = none(Int16Array);
     this.command = none(Int8Array);
-    this.touch = this.rf = this.contact = none(Uint8Array);
+    this.touch = this.rf = this.at_goal = none(Uint8Array);
     this.terms = episode.terms.map(() => none(Float32Array));
     this.wheels = none(Float32Array); // angles
     for (const chunk of episode.chunks) this.append(chunk);
   }
 
   append(chunk) {
-    const types = { pose: Int16Array, box: Int16Array, gap: Int16Array, command: Int8Array, touch: Uint8Array, rf: Uint8Array, contact: Uint8Array };
+    const types = { pose: Int16Array, movables: Int16Array, gap: Int16Array, command: Int8Array, touch: Uint8Array, rf: Uint8Array, at_goal: Uint8Array };
     for (const [name, type] of Object.entries(types)) {
       this[name] = joined(this[name], new type(bytes(chunk[name]).buffer));
     }
@@ -61,14 +61,15 @@ class Track {
     ];
   }
 
-  /** Return every robot's and the box's x, y, heading at t. */
+  /** Return every robot's and every movable's x, y, heading at t. */
   poses(t) {
     const { step, next, part } = this.at(t);
-    const robots = [];
-    for (let i = 0; i < this.robots; i++) {
-      robots.push(this._pose(this.pose, 3 * (step * this.robots + i), 3 * (next * this.robots + i), part));
-    }
-    return { robots, box: this._pose(this.box, 3 * step, 3 * next, part) };
+    const all = (array, n) => Array.from({ length: n }, (_, i) => this._pose(array, 3 * (step * n + i), 3 * (next * n + i), part));
+    return { robots: all(this.pose, this.robots), movables: all(this.movables, this.episode.movables.length) };
+  }
+
+  isAtGoal(at, movable) {
+    return this.at_goal[at.step * this.episode.movables.length + movable] > 0;
   }
 
   /** Return a wheel's angle; 0 is left, 1 is right. */
@@ -80,7 +81,7 @@ class Track {
 
   /** Return the signal's strength S, and its share of the way from silence to the strongest. */
   signal(at, robot) {
-    const [least, most] = this.episode.emitter.strength;
+    const [least, most] = this.episode.signal;
     const s = (this.rf[at.step * this.robots + robot] / 255) * most;
     return { s, level: most > least ? clamp((s - least) / (most - least), 0, 1) : 0 };
   }
