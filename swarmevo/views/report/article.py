@@ -71,7 +71,7 @@ class Article:
 def article(store: Store, run: Run) -> Article:
     """Return what is shown of a run."""
     tests = run.tests
-    behaviour, fault = _behaviour(store)
+    behaviour, fault = _behaviour(store, run)
     return Article(
         run=run,
         tiles=list(_tiles(run)),
@@ -82,8 +82,8 @@ def article(store: Store, run: Run) -> Article:
         behaviour=behaviour,
         behaviour_fault=fault,
         untested=tests.untested if tests else 0,
-        table_ii=tables.table_ii(tests) if tests else None,
-        robustness=tables.robustness(tests) if tests else None,
+        table_ii=tables.table_ii(run, tests) if tests else None,
+        robustness=tables.robustness(run, tests) if tests else None,
         gap=tables.gap(store.objectives[0], tests) if tests else None,
         test_command=f"swarmevo test {shlex.quote(str(store.folder))}",
         origin=_origin(store, run),
@@ -97,9 +97,10 @@ def _tiles(run: Run) -> Iterator[Tile]:
     beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
     aside = ", ".join([f"individual {best.genome}", *beside])
     yield Tile(f"best {text.words(first)}", text.number(best.objectives[first]), aside)
-    pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
-    aside = f"individual {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
-    yield Tile("box at the wall", text.percent(pusher.push_rate), aside)
+    if delivered := text.delivery(run.scene):
+        pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
+        aside = f"individual {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
+        yield Tile(delivered, text.percent(pusher.push_rate), aside)
     yield Tile("front", text.count(len(summary.front), "point"), f"over {text.count(len(summary.trials), 'trial')}")
     volumes = [trial.history[-1].hypervolume for trial in summary.trials]
     yield Tile("hypervolume", text.number(max(volumes)), f"best of {text.count(len(volumes), 'trial')}")
@@ -131,7 +132,20 @@ def _evolution(store: Store) -> Iterator[Figure]:
         yield _figure(figures.attainment(store), caption)
 
 
-def _behaviour(store: Store) -> tuple[list[Figure], str]:
+def _drawn(run: Run) -> list[str]:
+    """Return what the marks of a scene in a figure of paths are."""
+    scene, goals = run.scene, run.scene.goals or ()
+    marks = ["star and dotted circle: the emitter and its range"] if scene.emitters else []
+    if any(goal.wall for goal in goals):
+        marks.append("green: the target wall")
+    if any(goal.region for goal in goals):
+        marks.append("light green: where to bring what they push")
+    if scene.obstacles:
+        marks.append("grey: obstacles")
+    return marks
+
+
+def _behaviour(store: Store, run: Run) -> tuple[list[Figure], str]:
     """Return figures of the best controller's fresh tests; or none, and why one of these failed."""
     best, _ = assessment.watched(store)
     try:
@@ -140,12 +154,13 @@ def _behaviour(store: Store) -> tuple[list[Figure], str]:
         return [], f"individual {best}: {error}"
     paths = _figure(
         figures.paths(seen),
-        f"Paths of individual {best} in a fresh test (the paper's Fig. 5). Circles: the start; discs: the end; "
-        "star and dotted circle: the emitter and its range; green: the target wall.",
+        f"Paths of individual {best} in a fresh test (the paper's Fig. 5). "
+        f"{'; '.join(['Circles: the start', 'discs: the end', *_drawn(run)])}.",
     )
     occupancy = _figure(
         figures.occupancy(seen),
-        "Where its robots spend their time. Outlines: the box at the end of each test.",
+        "Where its robots spend their time. "
+        f"Outlines: {'the box' if text.has_one_box(run.scene) else 'what they pushed'} at the end of each test.",
     )
     return [paths, occupancy], ""
 

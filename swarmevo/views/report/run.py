@@ -13,6 +13,7 @@ import numpy as np
 from swarmevo.analysis import assessment, fronts
 from swarmevo.analysis.fronts import FrontPoint, Summary
 from swarmevo.analysis.table_ii import Assessment, Tested
+from swarmevo.config import Surroundings, surroundings
 from swarmevo.errors import EvaluationError, StoreError
 from swarmevo.plugins.team import Team
 from swarmevo.runs.store import Store
@@ -45,6 +46,8 @@ class Run:
     """(trial, genome): an episode for the player."""
     faults: dict[tuple[int, int], str]
     """(trial, genome): why there is none, for it failed."""
+    scene: Surroundings
+    """Of its configuration: what its robots home in on, and what they bring where."""
 
     @classmethod
     def of(cls, store: Store, number: int, name: str, observe: Callable[[str], None]) -> Run:
@@ -71,7 +74,8 @@ class Run:
                 episodes[point.trial, point.genome] = _episode(store, chosen)
             except EvaluationError as error:
                 faults[point.trial, point.genome] = chosen.fault or str(error)
-        return cls(number, name, summary, assessment.stored(store), points, best, episodes, faults)
+        scene = surroundings(store.config)
+        return cls(number, name, summary, assessment.stored(store), points, best, episodes, faults, scene)
 
     def tested(self, point: FrontPoint) -> Tested | None:
         """Return what the tests say of a point, if it was tested."""
@@ -113,7 +117,7 @@ def _point(store: Store, run: Run, point: FrontPoint) -> dict[str, Any]:
         "values": list(point.objectives.values()),
         "front": key in run.best,
         "episode": list(run.episodes).index(key) if key in run.episodes else None,
-        "facts": [*_facts(store, point, run.tested(point)), *_no_replay(run.faults.get(key))],
+        "facts": [*_facts(store, run, point), *_no_replay(run.faults.get(key))],
         "command": f"swarmevo replay {shlex.quote(f'{store.folder}:{point.genome}')}",
     }
 
@@ -122,15 +126,18 @@ def _no_replay(fault: str | None) -> list[tuple[str, str]]:
     return [] if fault is None else [("no replay, the episode failed", fault)]
 
 
-def _facts(store: Store, point: FrontPoint, tested: Tested | None) -> list[tuple[str, str]]:
+def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
     """Return what is said of a point beside the chart: names and values."""
     facts = [(text.words(name), text.number(value)) for name, value in point.objectives.items()]
+    if run.scene.emitters:
+        facts.append(("robots at the source", text.rate(point.homing_rate, point.homing_time)))
+    if delivered := text.delivery(run.scene):
+        facts.append((delivered, text.rate(point.push_rate, point.push_time)))
     facts += [
-        ("robots at the source", text.rate(point.homing_rate, point.homing_time)),
-        ("box at the wall", text.rate(point.push_rate, point.push_time)),
         ("judged by", text.count(point.episodes, "episode")),
         ("lived in", f"trial {point.trial}, generations {point.first_generation} to {point.last_generation}"),
     ]
+    tested = run.tested(point)
     if tested is not None:
         first = store.objectives[0].name
         if tested.tested:

@@ -31,11 +31,12 @@ class Table:
 def front(run: Run) -> Table:
     """Return the points of the fronts of all trials."""
     names = [text.words(objective.name) for objective in run.summary.objectives]
+    delivered = text.delivery(run.scene)
     rows = [
         [
             *map(text.number, point.objectives.values()),
-            text.rate(point.homing_rate, point.homing_time),
-            text.rate(point.push_rate, point.push_time),
+            *([text.rate(point.homing_rate, point.homing_time)] if run.scene.emitters else []),
+            *([text.rate(point.push_rate, point.push_time)] if delivered else []),
             str(point.episodes),
             str(point.trial),
             str(point.genome),
@@ -43,14 +44,15 @@ def front(run: Run) -> Table:
         ]
         for point in run.points
     ]
-    heads = ["robots at the source", "box at the wall", "episodes", "trial", "individual", "global front"]
-    return Table([*names, *heads], rows)
+    measured = [*(["robots at the source"] if run.scene.emitters else []), *([delivered] if delivered else [])]
+    return Table([*names, *measured, "episodes", "trial", "individual", "global front"], rows)
 
 
-def table_ii(tests: Assessment) -> Table:
+def table_ii(run: Run, tests: Assessment) -> Table:
     """Return the paper's Table II: for each team size what the tests gave, with the paper's results beside."""
     paper = {row.robots: row for row in PAPER}
-    heads = ["robots", "robots at the source", "any", "all", "time taken", "box at the wall", "time taken"]
+    pushed = text.delivery(run.scene) or "pushed"
+    heads = ["robots", "robots at the source", "any", "all", "time taken", pushed, "time taken"]
     return Table(heads, [_table_ii_row(row, paper.get(row.robots)) for row in tests.rows])
 
 
@@ -63,9 +65,10 @@ def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str | Beside]:
     return [str(row.robots), homing, *shares, home_time, pushing, push_time]
 
 
-def robustness(tests: Assessment) -> Table:
+def robustness(run: Run, tests: Assessment) -> Table:
     """Return what the tests in other worlds gave."""
-    heads = ["world", "changes", "robots at the source", "time taken", "box at the wall", "time taken"]
+    pushed = text.delivery(run.scene) or "pushed"
+    heads = ["world", "changes", "robots at the source", "time taken", pushed, "time taken"]
     return Table(heads, [[one.name, one.changes, *text.outcome(one.outcome)] for one in tests.robustness])
 
 
