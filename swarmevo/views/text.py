@@ -52,9 +52,9 @@ def delivery(scene: Surroundings) -> str:
     movables, goals = scene.movables or (), scene.goals or ()
     if not movables or not goals:
         return ""
-    if has_one_box(scene):
-        return "box at the wall" if all(goal.wall for goal in goals) else "box at the goal"
-    return "all at a goal" if len(movables) > 1 else "cylinder at the goal"
+    if len(movables) > 1:
+        return "all at a goal"
+    return f"{movables[0].shape} at the {'wall' if all(goal.wall for goal in goals) else 'goal'}"
 
 
 def delivery_distance(scene: Surroundings) -> str:
@@ -62,7 +62,8 @@ def delivery_distance(scene: Surroundings) -> str:
     goals = scene.goals or ()
     if not delivery(scene):
         return ""
-    what = "box" if has_one_box(scene) else "nearest movable"
+    movables = scene.movables or ()
+    what = movables[0].shape if len(movables) == 1 else "nearest movable"
     if len(goals) > 1:
         return f"{what} to a goal"
     return f"{what} to {'target wall' if goals[0].wall else 'goal'}"

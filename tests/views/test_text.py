@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
+from typing import Any
 
 import pytest
 
 from swarmevo.analysis.fronts import Cost
 from swarmevo.analysis.table_ii import PAPER
+from swarmevo.config import Config, surroundings
 from swarmevo.protocols import Objective
 from swarmevo.runs.records import Totals
 from swarmevo.views import text
@@ -82,3 +84,21 @@ def test_an_objective_says_which_direction_is_better() -> None:
 
 def test_a_console_gets_ordinary_spaces_and_no_gaps() -> None:
     assert text.plain(f"{text.count(12345, 'episode')} in {text.duration(5)}") == "12345 episodes in 5 s"
+
+
+@pytest.mark.parametrize(
+    ("scene", "delivered", "distance"),
+    [
+        ({}, "box at the wall", "box to target wall"),
+        ({"goals": [{"region": [0, 1, 0, 1]}]}, "box at the goal", "box to goal"),
+        ({"goals": [{"wall": "north"}, {"wall": "east"}]}, "box at the wall", "box to a goal"),
+        ({"movables": [{}, {}], "goals": [{"wall": "north"}]}, "all at a goal", "nearest movable to target wall"),
+        ({"movables": [{"shape": "cylinder"}]}, "cylinder at the wall", "cylinder to target wall"),
+        ({"movables": []}, "", ""),
+        ({"goals": []}, "", ""),
+    ],
+)
+def test_a_push_is_named_as_the_scene_has_it(scene: dict[str, Any], delivered: str, distance: str) -> None:
+    spelled = surroundings(Config.model_validate({"scene": scene}))
+    assert text.delivery(spelled) == delivered
+    assert text.delivery_distance(spelled) == distance
