@@ -148,7 +148,7 @@ def _arena(axes: Axes, settings: Config) -> None:
     inside = patches.Polygon(corners, closed=True, fill=False, edgecolor=style.INK, linewidth=1.2)
     axes.add_patch(inside)
     for patch in scene.patches:
-        look = {"facecolor": str(patch.grey), "edgecolor": "none", "alpha": 0.5, "zorder": 0}
+        look: dict[str, Any] = {"facecolor": str(patch.grey), "edgecolor": "none", "alpha": 0.5, "zorder": 0}
         _solid(axes, patch.shape, patch.size, np.array(patch.pose), clip_path=inside, **look)
     for obstacle in map(layout.as_box, scene.obstacles):
         _solid(axes, obstacle.shape, obstacle.size, np.array(obstacle.pose), facecolor=style.INK, alpha=0.6)
@@ -160,8 +160,14 @@ def _arena(axes: Axes, settings: Config) -> None:
             axes.plot(*ends[goal.wall], color=style.GREEN, linewidth=4, solid_capstyle="butt", clip_on=False)
         elif goal.region is not None:
             x, to_x, y, to_y = goal.region
-            look = {"facecolor": style.GREEN, "edgecolor": style.GREEN, "alpha": 0.25, "zorder": 0, "clip_path": inside}
-            axes.add_patch(patches.Rectangle((x, y), to_x - x, to_y - y, **look))
+            shade: dict[str, Any] = {
+                "facecolor": style.GREEN,
+                "edgecolor": style.GREEN,
+                "alpha": 0.25,
+                "zorder": 0,
+                "clip_path": inside,
+            }
+            axes.add_patch(patches.Rectangle((x, y), to_x - x, to_y - y, **shade))
     room = 0.01 * max(east - west, north - south)
     axes.set(xlim=(west - room, east + room), ylim=(south - room, north + room), xlabel="x (m)", ylabel="y (m)")
     axes.set_aspect("equal")
