@@ -118,7 +118,7 @@ def nearness(telemetry: Telemetry) -> FloatArray:
         ValueError: The scene has not one emitter that stands still.
     """
     world = world_of(telemetry)
-    emitters = world["scene"]["emitters"]
+    emitters = [emitter for emitter in world["scene"]["emitters"] if emitter["channel"] != "light"]
     if len(emitters) != 1 or emitters[0]["rides_on"] is not None:
         found = "one that rides on a movable" if len(emitters) == 1 else str(len(emitters))
         raise ValueError(f"scene.emitters: expected one that stands still, got {found}; homing is for any emitters")

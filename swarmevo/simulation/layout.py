@@ -20,6 +20,8 @@ from swarmevo.protocols import FloatArray
 
 DIRECTIONS: Final = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
 """Towards each wall of a square or rectangular arena."""
+LIGHT: Final = "light"
+"""The channel of emitters that light sensors alone see."""
 CIRCLE_CORNERS: Final = 96
 """Of the polygon around a circular arena that :func:`outline` gives: 0.3 mm from a circle of 1 m at most."""
 
@@ -88,9 +90,14 @@ def obstacle_distance(scene: Surroundings, places: FloatArray) -> FloatArray:
 # ---- emitters --------------------------------------------------------------------------------------------------------
 
 
+def radio_emitters(scene: Surroundings) -> tuple[Emitter, ...]:
+    """Return those that RF receivers hear: all but lights."""
+    return tuple(emitter for emitter in scene.emitters or () if emitter.channel != LIGHT)
+
+
 def homing_emitters(scene: Surroundings) -> tuple[Emitter, ...]:
     """Return those that the robots home in on, of the first one's channel; none where a scene has none."""
-    emitters = scene.emitters or ()
+    emitters = radio_emitters(scene)
     return tuple(emitter for emitter in emitters if emitter.channel == emitters[0].channel)
 
 
@@ -102,8 +109,8 @@ def signal_range(scene: Surroundings) -> tuple[float, float]:
 
 
 def signal_scale(scene: Surroundings) -> float:
-    """Return what readings of signals are divided by: the strongest of any emitter; 1 without one."""
-    return max((emitter.strength[1] for emitter in scene.emitters or ()), default=0.0) or 1.0
+    """Return what readings of RF signals are divided by: the strongest of any emitter; 1 without one."""
+    return max((emitter.strength[1] for emitter in radio_emitters(scene)), default=0.0) or 1.0
 
 
 def emitter_places(emitter: Emitter, movables: FloatArray) -> FloatArray:

@@ -67,8 +67,9 @@ def test_goals_by_hand() -> None:
 
 def test_signals_are_those_of_the_first_channel() -> None:
     emitters = [
+        {"channel": "light", "strength": (2.0, 900.0)},
         {"strength": (1.0, 40.0)},
-        {"channel": "light", "strength": (2.0, 90.0)},
+        {"channel": "prey", "strength": (2.0, 90.0)},
         {"channel": "rf", "strength": (3.0, 30.0)},
     ]
     scene = Surroundings.model_validate({"emitters": emitters})

@@ -135,7 +135,7 @@ def _edges(low: float, high: float) -> FloatArray:
 def _outcome(seen: Recording, episode: int) -> str:
     homing, push = seen.telemetry.homing_time[episode], seen.telemetry.push_time[episode]
     scene, told = surroundings(seen.config), []
-    if scene.emitters:
+    if layout.homing_emitters(scene):
         told.append(f"{np.isfinite(homing).sum()} of {len(homing)} robots at the source")
     if delivered := text.delivery(scene):
         told.append(f"{delivered} {text.moment(float(push))}")

@@ -106,7 +106,8 @@ def _legend(config: Config) -> list[tuple[str, str]]:
     seen, has_touch = surroundings(config), "touch" in config.robot.sensors
     goals = seen.goals or ()
     marks = {
-        ("signal", "RF signal"): bool(seen.emitters),
+        ("signal", "RF signal"): bool(layout.radio_emitters(seen)),
+        ("light", "light"): len(layout.radio_emitters(seen)) < len(seen.emitters or ()),
         ("touch", "box sensor" if text.has_one_box(seen) else "touch sensor"): has_touch and bool(seen.movables),
         ("bumper", "bumper"): config.robot.bumper == "sprung",
         ("target", "target wall"): any(goal.wall for goal in goals),
@@ -146,7 +147,7 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     if recording.complexity not in recording.values[0]:  # else an objective tells it
         said.append(("hidden neurons", f"{recording.complexity:g}"))
     seen = surroundings(recording.config)
-    if seen.emitters:
+    if layout.homing_emitters(seen):
         came = ", ".join([f"{len(home)} of {robots}", *([text.span(home.tolist())] if len(home) else [])])
         said.append(("robots at the source", came))
     if delivered := text.delivery(seen):

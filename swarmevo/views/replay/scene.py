@@ -36,6 +36,7 @@ _CLIP_CORNERS: Final = 32  # of a circular arena's clipping planes: each costs t
 _FLOOR_ORDER: Final = -100  # the floor is drawn first, then its patches, the later ones on top
 _CHANNELS: Final = {shapes.SIGNAL: "#3a22b0", "#c2387a": "#7a1c48", "#3f7fbf": "#1d4b78", "#8a6d1a": "#5a430a"}
 """Colours of emitters by channel, in turn, and what their balls glow with."""
+_LIT: Final = ("#e8b400", "#8a6a00")  # the same of lights
 
 
 def commands(config: Config) -> list[Command]:
@@ -204,8 +205,10 @@ def _solid(
 def _emitter(scene: Surroundings, number: int, emitter: Emitter) -> Iterator[Part]:
     """Yield an emitter in its own frame, below its middle on the floor, where the player puts it."""
     path, z = f"emitters/{number}", emitter.position[2]
-    channels = list(dict.fromkeys(other.channel for other in scene.emitters or ()))
-    colour, glow = list(_CHANNELS.items())[channels.index(emitter.channel) % len(_CHANNELS)]
+    channels = list(dict.fromkeys(other.channel for other in layout.radio_emitters(scene)))
+    colour, glow = _LIT
+    if emitter.channel != layout.LIGHT:
+        colour, glow = list(_CHANNELS.items())[channels.index(emitter.channel) % len(_CHANNELS)]
     disc = shapes.Shape("CircleGeometry", radius=emitter.range, segments=96)
     layer = shapes.FLOOR_LAYERS["range"]
     yield Part(f"{path}/range/disc", disc, shapes.flat(colour, 0.10), shapes.at(z=layer), shadow=False)

@@ -17,6 +17,7 @@ from swarmevo.config import Surroundings, surroundings
 from swarmevo.errors import EvaluationError, StoreError
 from swarmevo.plugins.team import Team
 from swarmevo.runs.store import Store
+from swarmevo.simulation import layout
 from swarmevo.views import text
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
@@ -129,7 +130,7 @@ def _no_replay(fault: str | None) -> list[tuple[str, str]]:
 def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
     """Return what is said of a point beside the chart: names and values."""
     facts = [(text.words(name), text.number(value)) for name, value in point.objectives.items()]
-    if run.scene.emitters:
+    if layout.homing_emitters(run.scene):
         facts.append(("robots at the source", text.rate(point.homing_rate, point.homing_time)))
     if delivered := text.delivery(run.scene):
         facts.append((delivered, text.rate(point.push_rate, point.push_time)))

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from swarmevo.analysis.table_ii import PAPER, Assessment, Outcome, PaperRow
 from swarmevo.protocols import Objective
+from swarmevo.simulation import layout
 from swarmevo.views import text
 from swarmevo.views.report.run import Run
 
@@ -35,7 +36,7 @@ def front(run: Run) -> Table:
     rows = [
         [
             *map(text.number, point.objectives.values()),
-            *([text.rate(point.homing_rate, point.homing_time)] if run.scene.emitters else []),
+            *([text.rate(point.homing_rate, point.homing_time)] if layout.homing_emitters(run.scene) else []),
             *([text.rate(point.push_rate, point.push_time)] if delivered else []),
             str(point.episodes),
             str(point.trial),
@@ -44,7 +45,10 @@ def front(run: Run) -> Table:
         ]
         for point in run.points
     ]
-    measured = [*(["robots at the source"] if run.scene.emitters else []), *([delivered] if delivered else [])]
+    measured = [
+        *(["robots at the source"] if layout.homing_emitters(run.scene) else []),
+        *([delivered] if delivered else []),
+    ]
     return Table([*names, *measured, "episodes", "trial", "individual", "global front"], rows)
 
 
