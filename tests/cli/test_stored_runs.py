@@ -135,7 +135,7 @@ def test_a_genome_of_another_size_is_one_line(swarmevo_: Swarmevo, run: Path, co
     line = only_line(said)
     assert "controller.feedforward (swarmevo" in line
     assert "genomes: expected the shape (n, 257), got (" in line
-    assert line.endswith("install the version of the plugin that they were evolved with")
+    assert line.endswith("evolved with, and take the robot.sensors of then")
 
 
 @pytest.mark.parametrize("number", [99999999999999999999, 2**63 - 1])

@@ -151,7 +151,7 @@ class CMAES:
         """Continue from ``state``."""
         self._search.restore(state["search"])
         self._schedule.restore(state["schedule"])
-        self._heat = copy.deepcopy(state["heat"])
+        self._heat = copy.deepcopy(state.get("heat"))  # a run from before there were starts has one
         self._is_over, self._cost = state["is_over"], state["cost"]
         self._best_ended = copy.deepcopy(state["best_ended"])
         self._rng.bit_generator.state = state["rng"]
