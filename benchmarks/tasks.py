@@ -56,7 +56,7 @@ def _keys(episodes: int, seed: int) -> list[EpisodeKey]:
 
 def _judged(team: Team, done: Episodes, genomes: FloatArray) -> FloatArray:
     columns = [i for i, one in enumerate(team.objectives) if one.of == "episode"]
-    return np.array([team.judge(done, genomes, i, team.objectives)[columns] for i in range(len(genomes))])
+    return np.array([team.judge(done, genomes, i)[columns] for i in range(len(genomes))])
 
 
 def row(task: str, episodes: int, seed: int) -> Iterator[Sequence[str]]:

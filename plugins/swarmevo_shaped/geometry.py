@@ -114,11 +114,14 @@ def free_way(telemetry: Telemetry) -> FloatArray:
 def nearness(telemetry: Telemetry) -> FloatArray:
     """Return ``(episodes, steps)``: 1 at the emitter, 0 at the arena's farthest corner from it; mean over robots.
 
+    A light counts where there is no other emitter.
+
     Raises:
         ValueError: The scene has not one emitter that stands still.
     """
     world = world_of(telemetry)
-    emitters = [emitter for emitter in world["scene"]["emitters"] if emitter["channel"] != "light"]
+    every = world["scene"]["emitters"]
+    emitters = [emitter for emitter in every if emitter["channel"] != "light"] or every
     if len(emitters) != 1 or emitters[0]["rides_on"] is not None:
         found = "one that rides on a movable" if len(emitters) == 1 else str(len(emitters))
         raise ValueError(f"scene.emitters: expected one that stands still, got {found}; homing is for any emitters")

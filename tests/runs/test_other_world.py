@@ -149,5 +149,5 @@ def test_its_page_has_a_name_of_its_own(run: Path, capsys: pytest.CaptureFixture
 
 def test_live_episodes_are_in_it_too(run: Path) -> None:
     name, head = next(iter(replay_server.live_episodes(run, None, ["arena.size=1.2"])(0)))
-    assert (name, head["arena"]) == ("head", 1.2)
+    assert (name, head["arena"]["bounds"]) == ("head", (-0.6, 0.6, -0.6, 0.6))
     assert "arena.size 1.2 (evolved with 1.0)" in head["subtitle"]
