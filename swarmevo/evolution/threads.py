@@ -84,13 +84,15 @@ class ThreadBackend:
         """See :class:`Backend`."""
         cancelled = threading.Event()
         waiting, unfinished, to_come = iter(jobs), set[Future[Results]](), len(jobs)
+        place: dict[Future[Results], int] = {}  # among the jobs
         try:
             while to_come:
                 for job in islice(waiting, AHEAD * self.slots - len(unfinished)):
-                    unfinished.add(self._threads.submit(run_job, self._config_json, job, cancelled.is_set))
+                    unfinished.add(future := self._threads.submit(run_job, self._config_json, job, cancelled.is_set))
+                    place[future] = len(place)
                 finished, unfinished = wait(unfinished, GLANCE_SECONDS, FIRST_COMPLETED)
                 is_over = not finished and stop()
-                for future in finished:
+                for future in sorted(finished, key=place.__getitem__):  # of several faults the first is told
                     yield future.result()
                     to_come -= 1
                     is_over = is_over or (stop() and to_come > 0)
