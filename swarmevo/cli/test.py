@@ -125,7 +125,7 @@ def _of_no_run(config: str | None, source: str, settings: list[str], wanted: _Wa
     from swarmevo.views import console
 
     chosen = seeded(load_config(config, settings))
-    genomes = read_genomes(source, Team(chosen).space)
+    genomes = read_genomes(source, chosen, Team(chosen).space)
     with interruptible("nothing was stored") as stop, console.tests() as observe:
         found = assessment.assess_genomes(chosen, genomes, **wanted, observe=observe, stop=stop)
     whose = f"{len(genomes)} controller{'s' * (len(genomes) != 1)} of {source}"

@@ -227,6 +227,20 @@ def takes(kind: str, name: str, parameter: str) -> bool:
     return bool(taken_of(load(find(kind, name)), {parameter: None}))
 
 
+def default_options(kind: str, name: str) -> dict[str, Any]:
+    """Return the options of a plugin that have a default, with it, as plain data; none if the factory has no signature.
+
+    Raises:
+        PluginError: The plugin cannot be loaded.
+    """
+    defaults = {
+        option.name: option.parameter.default
+        for option in options_of(kind, load(find(kind, name))) or ()
+        if not option.takes_any_name and not option.is_required
+    }
+    return {option: list(value) if isinstance(value, tuple) else value for option, value in defaults.items()}
+
+
 def settled_options(kind: str, name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a plugin's options as plain data, of options as they are written (:func:`swarmevo.config.load`).
 

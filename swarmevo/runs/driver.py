@@ -90,7 +90,7 @@ def resolved_start(config: Config, evaluator: Evaluator) -> tuple[Config, FloatA
         if evolution.start_sha256 is not None:
             raise ConfigError("evolution.start_sha256: expected evolution.start as well, which tells where they are")
         return config, None
-    start = genomes.read_genomes(evolution.start, evaluator.space)
+    start = genomes.read_genomes(evolution.start, config, evaluator.space)
     digest = genomes.digest_of(start)
     if evolution.start_sha256 not in (None, digest):
         raise ConfigError(

@@ -9,7 +9,7 @@ A source is
 - another run, ``RUN``, for its front over all trials, or ``RUN:ID``, for one of its individuals.
 
 Where a source tells a genome's blocks, as an exported controller and a run do, it may have fewer units, such as hidden
-neurons, than are wanted: what lacks is zero, and switched off.
+neurons, than are wanted: what lacks is zero, and switched off. What it tells of what they were made for is compared.
 """
 
 from __future__ import annotations
@@ -26,32 +26,35 @@ from typing import Any, Final
 import moocore
 import numpy as np
 
+from swarmevo.config import Config
 from swarmevo.errors import ConfigError
 from swarmevo.evolution.costs import to_costs
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import Block, FloatArray, GenomeSpace
-from swarmevo.runs import checksums
+from swarmevo.runs import checksums, made_for
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.store import Store
 
 _LARGEST_FILE: Final = 256 * 2**20  # [bytes]: a hundred thousand of the paper's genomes as text
 
 
-def read_genomes(source: str, space: GenomeSpace) -> FloatArray:
+def read_genomes(source: str, config: Config, space: GenomeSpace) -> FloatArray:
     """Return the genomes ``(k, space.size)`` of a source, k at least 1.
 
     Args:
         source: A file, ``RUN`` or ``RUN:ID``.
-        space: Of the individuals that are wanted.
+        config: In which they are to act.
+        space: Of the individuals that are wanted there.
 
     Raises:
-        ConfigError: It cannot be read, or holds no such genomes. One line says where.
+        ConfigError: It cannot be read, or holds no such genomes, or they were made for other sensors or another
+            controller. One line says where.
         PluginError: The controller of a run is not installed.
         StoreError: A run is damaged.
     """
     folder, individual = _run_and_individual(source)
     if os.path.isfile(folder / DATABASE_FILE):
-        return _of_run(source, folder, individual, space)
+        return _of_run(source, folder, individual, config, space)
     text = _text(source)
     try:
         if source.lower().endswith(".csv") or not text.lstrip().startswith(("[", "{")):
@@ -63,7 +66,7 @@ def read_genomes(source: str, space: GenomeSpace) -> FloatArray:
     if isinstance(found, Mapping) and "genomes" in found:
         found = found["genomes"]
     several = found if isinstance(found, list) and found and isinstance(found[0], list | Mapping) else [found]
-    return np.array([_genome(_where(source, i, several), one, space) for i, one in enumerate(several)])
+    return np.array([_genome(_where(source, i, several), one, config, space) for i, one in enumerate(several)])
 
 
 def digest_of(genomes: FloatArray) -> str:
@@ -105,8 +108,10 @@ def _parsed(cell: str) -> float | str:
         return cell
 
 
-def _genome(where: str, found: Any, space: GenomeSpace) -> FloatArray:
+def _genome(where: str, found: Any, config: Config, space: GenomeSpace) -> FloatArray:
     """Return a genome ``(size,)`` of what a file has of it."""
+    if isinstance(found, Mapping):
+        made_for.check_exported(where, found, config, space)
     if isinstance(found, Mapping) and "blocks" in found:
         return _fitted(where, found["blocks"], space)
     genes = found.get("genes") if isinstance(found, Mapping) else found
@@ -204,8 +209,9 @@ def _run_and_individual(source: str) -> tuple[Path, int | None]:
     return Path(source), None
 
 
-def _of_run(source: str, folder: Path, individual: int | None, space: GenomeSpace) -> FloatArray:
+def _of_run(source: str, folder: Path, individual: int | None, config: Config, space: GenomeSpace) -> FloatArray:
     with Store.open(folder) as store:
+        made_for.check_run(source, store.config, config, space)
         if individual is None:
             found = store.individuals()
             if not len(found.genome):

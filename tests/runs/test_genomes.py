@@ -24,6 +24,8 @@ from swarmevo.runs.store import Store
 from swarmevo.simulation import EpisodeKey
 from swarmevo.testing import random_genomes
 
+QUICK = config.load("quick")
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -32,7 +34,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def space() -> GenomeSpace:
-    return Team(config.load("quick")).space
+    return Team(QUICK).space
 
 
 @pytest.fixture
@@ -52,24 +54,25 @@ def written(folder: Path, content: object, name: str = "genomes.json") -> str:
 def test_plain_lists_and_rows(tmp_path: Path, space: GenomeSpace, genomes: FloatArray) -> None:
     rows = "\n".join(",".join(map(repr, row)) for row in genomes.tolist())
     for content, name in ((genomes.tolist(), "a.json"), ({"genomes": genomes.tolist()}, "b.json"), (rows, "c.csv")):
-        np.testing.assert_array_equal(read_genomes(written(tmp_path, content, name), space), genomes)
-    one = read_genomes(written(tmp_path, genomes[0].tolist()), space)
+        np.testing.assert_array_equal(read_genomes(written(tmp_path, content, name), QUICK, space), genomes)
+    one = read_genomes(written(tmp_path, genomes[0].tolist()), QUICK, space)
     np.testing.assert_array_equal(one, genomes[:1])
-    np.testing.assert_array_equal(read_genomes(written(tmp_path, rows.split("\n")[0], "one.txt"), space), genomes[:1])
+    row = written(tmp_path, rows.split("\n")[0], "one.txt")
+    np.testing.assert_array_equal(read_genomes(row, QUICK, space), genomes[:1])
 
 
 def test_an_exported_controller(run: Path, tmp_path: Path, space: GenomeSpace) -> None:
     with Store.open(run) as store:
         exported, genes = export.controller(store, 3), store.genome(3)
-    np.testing.assert_array_equal(read_genomes(written(tmp_path, exported), space)[0], genes)
+    np.testing.assert_array_equal(read_genomes(written(tmp_path, exported), QUICK, space)[0], genes)
 
 
 def test_a_run_is_its_front_or_one_of_its_individuals(run: Path, space: GenomeSpace) -> None:
     with Store.open(run) as store:
         front = np.array([store.genome(point.genome) for point in fronts.front(store)])
         third = store.genome(3)
-    np.testing.assert_array_equal(read_genomes(str(run), space), front)
-    np.testing.assert_array_equal(read_genomes(f"{run}:3", space), [third])
+    np.testing.assert_array_equal(read_genomes(str(run), QUICK, space), front)
+    np.testing.assert_array_equal(read_genomes(f"{run}:3", QUICK, space), [third])
 
 
 def test_a_smaller_controller_is_the_same_with_units_off(tmp_path: Path, space: GenomeSpace) -> None:
@@ -77,7 +80,7 @@ def test_a_smaller_controller_is_the_same_with_units_off(tmp_path: Path, space: 
     small = config.changed(config.load("quick", small_runs.SMALL), ["controller.feedforward.hidden=3"])
     genes = random_genomes(Team(small).space, 1)
     blocks = {name: block[0].tolist() for name, block in Team(small).space.split(genes).items()}
-    padded = read_genomes(written(tmp_path, {"blocks": blocks}), space)
+    padded = read_genomes(written(tmp_path, {"blocks": blocks}), QUICK, space)
     weights = space.split(padded)
     assert weights["hidden_switch"][0, 3:].tolist() == [0.0] * 12
     np.testing.assert_array_equal(weights["hidden_output"][0, :, -1], np.array(blocks["hidden_output"])[:, -1])  # bias
@@ -89,7 +92,7 @@ def test_a_smaller_controller_is_the_same_with_units_off(tmp_path: Path, space: 
 
 def test_a_run_of_a_smaller_controller(tmp_path: Path, space: GenomeSpace) -> None:
     small = small_runs.make(tmp_path / "small", "controller.feedforward.hidden=2", "evolution.generations=1")
-    found = read_genomes(f"{small}:1", space)
+    found = read_genomes(f"{small}:1", QUICK, space)
     assert (space.split(found)["hidden_switch"][0, 2:] == 0).all()
 
 
@@ -131,7 +134,7 @@ def test_a_run_of_a_smaller_controller(tmp_path: Path, space: GenomeSpace) -> No
 )
 def test_bad_files_are_one_line(tmp_path: Path, space: GenomeSpace, content: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=re.escape(message)) as raised:
-        read_genomes(written(tmp_path, content), space)
+        read_genomes(written(tmp_path, content), QUICK, space)
     (line,) = raised.value.errors
     assert line.startswith(str(tmp_path))
     assert len(line) < 400
@@ -146,9 +149,78 @@ def test_what_is_no_file_is_one_line(tmp_path: Path, run: Path, space: GenomeSpa
         ("a\0b", "cannot be read"),
     ):
         with pytest.raises(ConfigError, match=message):
-            read_genomes(str(source), space)
+            read_genomes(str(source), QUICK, space)
     with pytest.raises(StoreError, match="there is no genome 99"):
-        read_genomes(f"{run}:99", space)
+        read_genomes(f"{run}:99", QUICK, space)
+
+
+# ---- made for something else -----------------------------------------------------------------------------------------
+
+TURNED = "robot.sensors=[rf, touch, infrared]"
+"""As many readings as the paper's sensors, in another order."""
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (
+            TURNED,
+            "13 observations of this configuration, got one for 13, of which number 0 is infrared_0, not rf",
+        ),
+        (
+            "robot.sensors=[infrared]",
+            "8 observations of this configuration, got one for 13, of which number 8 is touch_0, not",
+        ),
+        ("controller=elman", "expected genes of the controller elman, got those of feedforward; set controller=elman"),
+        ("controller.feedforward.activation=logistic", "with activation 'logistic', got 'tanh', with which they mean"),
+    ],
+)
+def test_a_controller_made_for_something_else_is_one_line(
+    run: Path, tmp_path: Path, override: str, message: str
+) -> None:
+    other = config.load("quick", [override])
+    space = Team(other).space
+    with Store.open(run) as store:
+        exported = json.loads(json.dumps(export.controller(store, 3)))
+    for source in (written(tmp_path, exported), written(tmp_path, [exported] * 2, "two.json"), str(run), f"{run}:3"):
+        with pytest.raises(ConfigError, match=re.escape(message)) as raised:
+            read_genomes(source, other, space)
+        assert len(raised.value.errors) == 1
+
+
+def test_genes_alone_do_not_tell_what_they_were_made_for(tmp_path: Path, genomes: FloatArray) -> None:
+    other = config.load("quick", [TURNED])
+    found = read_genomes(written(tmp_path, genomes.tolist()), other, Team(other).space)
+    np.testing.assert_array_equal(found, genomes)
+
+
+@pytest.mark.parametrize(
+    ("told", "message"),
+    [
+        ({"observations": "all"}, "observations: expected a list of names"),
+        ({"commands": [0, 1]}, "commands: expected a list of names"),
+        (
+            {"commands": ["left"]},
+            "2 commands of this configuration, got one for 1, of which number 1 is nothing, not right",
+        ),
+        ({"controller": "feedforward"}, "controller: expected {name: {option: value}}"),
+        ({"controller": {"feedforward": None}}, "controller: expected {name: {option: value}}"),
+        ({"controller": {}}, "controller: expected {name: {option: value}}"),
+        ({"controller": {"feedforward": {"colour": 3}}}, "with colour None, got 3"),
+    ],
+)
+def test_what_a_file_tells_wrongly_is_one_line(
+    tmp_path: Path, space: GenomeSpace, genomes: FloatArray, told: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        read_genomes(written(tmp_path, {"genes": genomes[0].tolist(), **told}), QUICK, space)
+
+
+def test_a_run_does_not_begin_from_controllers_for_other_sensors(tmp_path: Path, run: Path) -> None:
+    settings = config.changed(config.load("quick", small_runs.SMALL), [TURNED, f"evolution.start={run}"])
+    with pytest.raises(ConfigError, match="number 0 is infrared_0, not rf"):
+        driver.begin(tmp_path / "other", settings)
+    assert not (tmp_path / "other").exists()
 
 
 # ---- as a start population -------------------------------------------------------------------------------------------
