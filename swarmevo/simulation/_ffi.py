@@ -79,12 +79,12 @@ def _check_abi(ffi: FFI, lib: Any, path: Path) -> None:
     expected: int = lib.SWE_ABI_VERSION
     try:
         version = lib.swe_abi_version()
+        if version != expected:  # another version may lack the functions that are called below
+            raise SimulatorError(f"{path}: expected ABI version {expected}, got {version}; reinstall swarmevo")
         sizes = ffi.new("uint32_t[]", lib.SWE_LAYOUT_SIZES)
         lib.swe_abi_layout(sizes)
     except AttributeError as error:
         raise SimulatorError(f"{path}: not a swarmevo library ({error}); reinstall swarmevo") from None
-    if version != expected:
-        raise SimulatorError(f"{path}: expected ABI version {expected}, got {version}; reinstall swarmevo")
     for name, size in zip(_STRUCTS, sizes, strict=True):
         if size != ffi.sizeof(f"swe_{name}"):
             raise SimulatorError(

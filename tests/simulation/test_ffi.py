@@ -69,6 +69,15 @@ def test_a_library_older_than_its_header(tmp_path: Path) -> None:
     assert "swe_scene_config has" in load_in_new_process(library)
 
 
+def test_a_library_of_another_version_that_lacks_a_function(tmp_path: Path) -> None:
+    library, header = copy_of_library(tmp_path)
+    text = header.read_text().replace("swe_abi_layout", "swe_abi_layout_of_later")
+    header.write_text(text)
+    assert "not a swarmevo library" in load_in_new_process(library)
+    header.write_text(text.replace("#define SWE_ABI_VERSION ", "#define SWE_ABI_VERSION 9"))
+    assert "expected ABI version 9" in load_in_new_process(library)
+
+
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
