@@ -27,7 +27,7 @@ extern "C" {
 
 /* [cffi begins] No preprocessor directives but plain integer constants from here to the end marker. */
 
-#define SWE_ABI_VERSION 6
+#define SWE_ABI_VERSION 7
 
 #define SWE_MAX_ROBOTS 64
 #define SWE_MAX_DEVICES 16 /* in a robot's list of sensors */
@@ -111,7 +111,7 @@ typedef struct swe_obstacle_config {
 } swe_obstacle_config;
 
 typedef struct swe_emitter_config {
-    uint32_t channel;   /* below SWE_MAX_EMITTERS; robots hear the strongest of each */
+    uint32_t channel;   /* below SWE_MAX_EMITTERS, or that of lights; robots hear the strongest of each */
     int32_t rides_on;   /* the movable that carries it, or SWE_NOTHING */
     double position[3]; /* [m], in the world; in the movable's own frame if it rides on one */
     double range;       /* [m] */
@@ -119,7 +119,7 @@ typedef struct swe_emitter_config {
     int32_t reach;      /* SWE_REACH_* */
 } swe_emitter_config;
 
-#define SWE_CHANNEL_LIGHT 15 /* of lights, which light sensors alone perceive */
+#define SWE_CHANNEL_LIGHT 16 /* of lights, which light sensors alone perceive */
 #define SWE_NOTHING 1000     /* no movable */
 
 #define SWE_REACH_RANGE 1 /* heard within `range` only; S is the smallest strength outside */

@@ -294,6 +294,14 @@ def test_the_brightest_light_in_each_sector() -> None:
     assert (seen["observation"][..., 1:] > 0).mean() > 0.1
 
 
+def test_the_last_of_the_most_channels_is_no_light() -> None:
+    emitters = [f"{{channel: rf{i}, position: [0, 0, 0.1], range: 10, strength: [0, {i + 1}]}}" for i in range(16)]
+    seen = still(world(f"scene.emitters=[{', '.join(emitters)}]", sensors="[rf, light]"))["observation"]
+    assert (seen[..., 0] > 0).all()
+    np.testing.assert_allclose(seen[..., 0], 1 / 16)  # of the strongest
+    assert (seen[..., 1:] == 0).all()
+
+
 @pytest.mark.parametrize(
     ("device", "noise", "size"),
     [

@@ -75,7 +75,7 @@ void check_movable(Check& check, const std::string& name, const swe_movable_conf
 }
 
 void check_emitter(Check& check, const std::string& name, const swe_emitter_config& e, unsigned movables) {
-    check.range(name + ".channel", e.channel, 0, SWE_MAX_EMITTERS - 1, "");
+    check.range(name + ".channel", e.channel, 0, SWE_CHANNEL_LIGHT, "");
     if (e.rides_on != SWE_NOTHING && (e.rides_on < 0 || e.rides_on >= static_cast<std::int64_t>(movables)))
         check.fail(name + ".rides_on: expected one of the " + std::to_string(movables) + " movables, got " +
                    number(e.rides_on));
