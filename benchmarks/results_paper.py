@@ -16,7 +16,7 @@ from swarmevo.analysis.bench import test_key
 from swarmevo.analysis.recording import Recording, simulate
 from swarmevo.analysis.table_ii import PAPER, Assessment, Tested
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FloatArray
+from swarmevo.protocols import CENSUS_CHANNELS, FloatArray
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
 from swarmevo.views import figures as draw
@@ -143,9 +143,9 @@ def pressing(store: Store, controllers: Sequence[Tested], robots: int) -> tuple[
     for one in controllers:
         genes = other_world.first_robots(settings, store.genome(one.genome), store.config.team.robots)
         keys = [test_key(store.config, one.trial, repeat) for repeat in range(assessment.REPEATS)]
-        seen = simulate(team, genes, keys, channels=census.CHANNELS).telemetry
+        seen = simulate(team, genes, keys, channels=CENSUS_CHANNELS).telemetry
         for i in range(len(keys)):
-            channels = {name: seen.channels[name][i] for name in census.CHANNELS}
+            channels = {name: seen.channels[name][i] for name in CENSUS_CHANNELS}
             episode = census.Episode(settings, homing_time=seen.homing_time[i], **channels)
             begin, end = (np.nan_to_num(of[i], nan=np.inf).min() for of in (seen.homing_time, seen.push_time))
             moments = np.arange(episode.steps) * episode.period

@@ -212,6 +212,8 @@ CHANNELS: Final[Mapping[str, Channel]] = {
     "box_contact": Channel((), "1", "`at_goal` of the first; 0 without one", is_flag=True),
 }
 """Every channel of telemetry: the only table in Python; ``native/src/channels.cpp`` has the library's."""
+CENSUS_CHANNELS: Final = ("pose", "command", "touch", "movables")
+"""What a census of behaviours looks at."""
 
 
 class Recorded:
@@ -464,12 +466,15 @@ class Objective:
         range: Smallest and largest value it can take, within 1e50; the worse end is the hypervolume's reference. A
             value outside of it is an error.
         of: Whether it is measured in an ``episode``, or follows from the ``genome`` alone, whatever the world.
+        success: Value from which on an episode counts as a success, in the rates of ``swarmevo show`` and
+            ``swarmevo test``; None: it says nothing of success. Evolution does not read it.
     """
 
     name: str
     direction: Literal["maximise", "minimise"]
     range: tuple[float, float]
-    of: Literal["episode", "genome"] = field(default="episode", kw_only=True, compare=False)  # a run does not store it
+    of: Literal["episode", "genome"] = field(default="episode", kw_only=True, compare=False)
+    success: float | None = field(default=None, kw_only=True, compare=False)
 
     @property
     def worst(self) -> float:
@@ -480,6 +485,12 @@ class Objective:
     def is_maximised(self) -> bool:
         """Whether more is better."""
         return self.direction == "maximise"
+
+    def is_success(self, values: FloatArray) -> BoolArray:
+        """Return which ``values`` are as good as ``success`` or better; none, if it is None."""
+        if self.success is None:
+            return np.zeros(values.shape, dtype=np.bool_)
+        return np.asarray(values >= self.success if self.is_maximised else values <= self.success)
 
 
 @dataclass(frozen=True)
@@ -600,6 +611,22 @@ class DescribingFitness(Fitness, Protocol):
 
     def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
         """Return ``(episodes, descriptors)``; the arguments are those of :meth:`evaluate`."""
+        ...
+
+
+@runtime_checkable
+class WatchingFitness(Fitness, Protocol):
+    """A fitness that knows its task's behaviours by name, which ``swarmevo test`` counts beside those of the paper."""
+
+    def behaviours(self, telemetry: Telemetry) -> Mapping[str, BoolArray]:
+        """Return for each behaviour's name, always the same ones in a world, which robots showed it.
+
+        Args:
+            telemetry: With its channels, and with ``pose``, ``command``, ``touch`` and ``movables``.
+
+        Returns:
+            ``(episodes, robots)`` of booleans each.
+        """
         ...
 
 

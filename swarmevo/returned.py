@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from swarmevo.protocols import Block, Descriptor, FloatArray, GenomeSpace, Objective
+from swarmevo.protocols import Block, BoolArray, Descriptor, FloatArray, GenomeSpace, Objective
 
 LARGEST: Final = 1e50
 """Of a range: sums over episodes and hypervolumes of several objectives stay finite."""
@@ -45,6 +45,18 @@ def numbers(values: object, shape: tuple[int, ...]) -> FloatArray:
     return found
 
 
+def flags(values: object, shape: tuple[int, ...]) -> BoolArray:
+    """Return booleans as an array of a shape.
+
+    Raises:
+        ValueError: They are something else.
+    """
+    found = numbers(values, shape)
+    if not ((found == 0) | (found == 1)).all():
+        raise ValueError("expected True or False of each, got other numbers")
+    return found.astype(np.bool_)
+
+
 def objective(given: object) -> Objective:
     """Return an objective with a name of plain text and a range of two floats, whatever real numbers it was given.
 
@@ -58,11 +70,13 @@ def objective(given: object) -> Objective:
         raise ValueError(f"{name}: expected the direction maximise or minimise, got {direction!r}")
     if not isinstance(given.of, str) or given.of not in ("episode", "genome"):
         raise ValueError(f"{name}: expected it to be of episode or genome, got {given.of!r}")
+    range_ = _range(name, given.range)
     return Objective(
         name,
         "maximise" if direction == "maximise" else "minimise",
-        _range(name, given.range),
+        range_,
         of="genome" if given.of == "genome" else "episode",
+        success=None if given.success is None else _success(name, given.success, range_),
     )
 
 
@@ -94,6 +108,17 @@ def _range(name: str, given: object) -> tuple[float, float]:
             f"{name}: expected as range two finite numbers, low and high, within {LARGEST:g}, got {given!r}"
         )
     return low, high
+
+
+def _success(name: str, given: object, range_: tuple[float, float]) -> float:
+    try:
+        success = float(numbers(given, ()))
+    except ValueError:
+        success = math.nan
+    low, high = range_
+    if not low <= success <= high:
+        raise ValueError(f"{name}: expected as success a number in its range from {low:g} to {high:g}, got {given!r}")
+    return success
 
 
 def check_range(values: FloatArray, measured: Sequence[Objective | Descriptor]) -> None:

@@ -27,6 +27,7 @@ import numpy as np
 from swarmevo import config, returned
 from swarmevo.config import Config, Episode, Team
 from swarmevo.protocols import (
+    CENSUS_CHANNELS,
     CHANNELS,
     AnsweringOptimiser,
     Block,
@@ -49,6 +50,7 @@ from swarmevo.protocols import (
     SceneInfo,
     StartableOptimiser,
     Telemetry,
+    WatchingFitness,
     takes_descriptors,
 )
 
@@ -508,6 +510,22 @@ class FitnessTests:
             self._require_in_range("describe", fitness.describe, _descriptors(fitness))
             self._require_the_same("describe", fitness.describe)
 
+    def test_knows_behaviours_by_name(self) -> None:
+        """If it knows behaviours, it says of each robot whether it showed them, whatever episodes stand beside."""
+        fitness = self.create()
+        if not isinstance(fitness, WatchingFitness):
+            return
+        channels = sorted({*fitness.channels, *CENSUS_CHANNELS})
+        every = fitness.behaviours(self._telemetry(range(7), channels))
+        for name, shown in every.items():
+            _returned(f"behaviours: {name}", returned.flags, shown, (7, self.scene.robots))
+        for batch in ([0], [3], [2, 4]):
+            some = fitness.behaviours(self._telemetry(batch, channels))
+            _require(list(some) == list(every), f"behaviours: expected always {list(every)}, got {list(some)}")
+            for name, shown in some.items():
+                same = np.array_equal(shown, every[name][batch])
+                _require(same, f"behaviours: {name}: expected the same for the episodes {batch} of 7 on their own")
+
     def _require_in_range(self, method: str, ask: _Ask, measured: Sequence[Objective | Descriptor]) -> None:
         values = self._ask(ask, range(7))
         _require_array(method, values, (7, len(measured)))
@@ -521,17 +539,19 @@ class FitnessTests:
 
     def _ask(self, ask: _Ask, batch: Sequence[int]) -> FloatArray:
         """Judge or describe some of seven episodes, all arrays read-only."""
-        controller, rows = self.controller(), list(batch)
-        channels = self.create().channels
-        everything = random_telemetry(channels, 7, self.scene.control_steps, self.scene.robots)
-        telemetry = replace(
+        controller = self.controller()
+        genomes = _frozen(random_genomes(controller.space(self.scene), 7)[list(batch)])
+        return ask(self._telemetry(batch, self.create().channels), genomes, controller)
+
+    def _telemetry(self, batch: Sequence[int], channels: Sequence[str]) -> Telemetry:
+        """Return some of seven episodes, all arrays read-only."""
+        everything, rows = random_telemetry(channels, 7, self.scene.control_steps, self.scene.robots), list(batch)
+        return replace(
             everything,
             homing_time=_frozen(everything.homing_time[rows]),
             push_time=_frozen(everything.push_time[rows]),
             channels={name: _frozen(getattr(everything, name)[rows]) for name in channels},
         )
-        genomes = _frozen(random_genomes(controller.space(self.scene), 7)[rows])
-        return ask(telemetry, genomes, controller)
 
 
 _Ask = Callable[[Telemetry, FloatArray, Controller], FloatArray]

@@ -27,7 +27,7 @@ def seal(folder: Path) -> None:
     """Give everything in a run its checksum."""
     with closing(sqlite3.connect(folder / DATABASE_FILE)) as database:
         _, robots, *_ = database.execute(RUN).fetchone()
-        objectives, descriptors = measured(database)
+        objectives, _, descriptors = measured(database)
         sizes = Sizes(len(objectives), robots, len(descriptors))
         for id, genes in database.execute("SELECT id, genes FROM genome").fetchall():
             digest = hashlib.sha256(genes).digest()

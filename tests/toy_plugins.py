@@ -12,6 +12,7 @@ import numpy as np
 
 from swarmevo.config import Config
 from swarmevo.protocols import (
+    CENSUS_CHANNELS,
     Block,
     Compiled,
     Controller,
@@ -58,6 +59,7 @@ def install(distribution: Callable[..., Any]) -> None:
         "swarmevo.fitness": {
             "toy_travel": f"{here}:Travel",
             "toy_neurons": f"{here}:Neurons",
+            "toy_reach": f"{here}:Reach",
             "toy_places": f"{here}:Places",
             "toy_bad_places": f"{here}:BadPlaces",
             "toy_half_described": f"{here}:half_described",
@@ -206,6 +208,27 @@ class Neurons:
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
         assert "command" in telemetry.channels
         return controller.complexity(genomes)[:, np.newaxis]
+
+
+class Reach:
+    """Mean x of the robots at the end, of which 0.0 is enough; who is west of that is known by name."""
+
+    channels = ("pose",)
+
+    def __init__(self, success: Any = 0.0, fault: str = "") -> None:
+        self.objectives = (Objective("reach", "maximise", (-1.0, 1.0), success=success),)
+        self._fault = fault
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> Any:
+        return telemetry.pose[:, -1, :, 0].mean(axis=1, keepdims=True)
+
+    def behaviours(self, telemetry: Telemetry) -> Any:
+        assert all(name in telemetry.channels for name in CENSUS_CHANNELS)
+        if self._fault == "raises":
+            raise RuntimeError("no eyes")
+        west = telemetry.pose[:, -1, :, 0] < 0
+        bad = {"shape": west[:, :1], "numbers": west + 0.5, "text": "west"}
+        return {"in the west": bad.get(self._fault, west), "everybody": np.ones(west.shape)}
 
 
 class Places:

@@ -114,22 +114,29 @@ def free_way(telemetry: Telemetry) -> FloatArray:
 def nearness(telemetry: Telemetry) -> FloatArray:
     """Return ``(episodes, steps)``: 1 at the emitter, 0 at the arena's farthest corner from it; mean over robots.
 
+    Raises:
+        ValueError: As :func:`from_emitter`.
+    """
+    distance, (x, y) = from_emitter(telemetry)
+    near: FloatArray = np.clip(1 - distance / _farthest(world_of(telemetry)["arena"], x, y), 0, 1).mean(axis=-1)
+    return near
+
+
+def from_emitter(telemetry: Telemetry) -> tuple[FloatArray, tuple[float, float]]:
+    """Return ``(episodes, steps, robots)``: how far each is from the emitter [m]; and where that stands.
+
     A light counts where there is no other emitter.
 
     Raises:
         ValueError: The scene has not one emitter that stands still.
     """
-    world = world_of(telemetry)
-    every = world["scene"]["emitters"]
+    every = world_of(telemetry)["scene"]["emitters"]
     emitters = [emitter for emitter in every if emitter["channel"] != "light"] or every
     if len(emitters) != 1 or emitters[0]["rides_on"] is not None:
         found = "one that rides on a movable" if len(emitters) == 1 else str(len(emitters))
         raise ValueError(f"scene.emitters: expected one that stands still, got {found}; homing is for any emitters")
     x, y, _ = emitters[0]["position"]
-    distance = np.hypot(telemetry.pose[..., 0] - x, telemetry.pose[..., 1] - y)
-    farthest = _farthest(world["arena"], x, y)
-    near: FloatArray = np.clip(1 - distance / farthest, 0, 1).mean(axis=-1)
-    return near
+    return np.hypot(telemetry.pose[..., 0] - x, telemetry.pose[..., 1] - y), (x, y)
 
 
 def _farthest(arena: Mapping[str, Any], x: float, y: float) -> float:

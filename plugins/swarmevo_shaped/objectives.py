@@ -13,7 +13,7 @@ from typing import ClassVar, Final, Literal, get_args
 
 import numpy as np
 
-from swarmevo.protocols import Controller, FloatArray, Objective, Telemetry
+from swarmevo.protocols import BoolArray, Controller, FloatArray, Objective, Telemetry
 from swarmevo_shaped import geometry
 from swarmevo_shaped.geometry import free_way, has_pushed, steps_before_push, steps_of
 
@@ -29,11 +29,13 @@ class Shaped(ABC):
     name: ClassVar[str]
     """Of the objective, and of the plugin."""
     channels: tuple[str, ...] = ()
+    success: float | None = None
+    """From which value on an episode is a success; None: the objective says nothing of success."""
 
     @property
     def objectives(self) -> tuple[Objective]:
         """The only one."""
-        return (Objective(self.name, "maximise", (0.0, 1.0)),)
+        return (Objective(self.name, "maximise", (0.0, 1.0), success=self.success),)
 
     @abstractmethod
     def values(self, telemetry: Telemetry) -> FloatArray:
@@ -171,6 +173,15 @@ class Homing(Shaped):
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``."""
         return np.where(has_pushed(telemetry), 1.0, np.isfinite(telemetry.homing_time).mean(axis=1))
+
+    def behaviours(self, telemetry: Telemetry) -> dict[str, BoolArray]:
+        """Return which robots came within the range of the emitter, but are out of it in the end."""
+        emitters = geometry.world_of(telemetry)["scene"]["emitters"]
+        if len(emitters) != 1 or emitters[0]["rides_on"] is not None or emitters[0]["channel"] == "light":
+            return {}
+        distance, _ = geometry.from_emitter(telemetry)
+        is_away = distance[:, -1] > emitters[0]["range"]
+        return {"left the source again": np.isfinite(telemetry.homing_time) & is_away}
 
 
 class Nearness(Explained):

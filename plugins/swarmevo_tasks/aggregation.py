@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from swarmevo.protocols import FloatArray, Telemetry
+from swarmevo.protocols import BoolArray, FloatArray, Telemetry
 from swarmevo_shaped.geometry import world_of
 from swarmevo_shaped.objectives import Explained, Shaped
 from swarmevo_tasks import geometry
@@ -39,16 +39,27 @@ class Aggregation(Explained):
 
 
 class LargestCluster(Shaped):
-    """The share of robots that are in the largest cluster at the end (Gauci et al. 2014)."""
+    """The share of robots that are in the largest cluster at the end (Gauci et al. 2014). A success: all are."""
 
     name = "largest_cluster"
     channels = ("pose",)
+    success = 1.0
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: from 1 over the number of robots to 1."""
+        return np.asarray(self._members(telemetry).mean(axis=-1))
+
+    def behaviours(self, telemetry: Telemetry) -> dict[str, BoolArray]:
+        """Return which robots are not in it."""
+        return {"not in the largest cluster in the end": ~self._members(telemetry)}
+
+    @staticmethod
+    def _members(telemetry: Telemetry) -> BoolArray:
+        """Return ``(episodes, robots)``: who is in the largest cluster at the end, of equal ones in one of them."""
         places = telemetry.pose[:, -1, :, :2]
         between = places[:, :, np.newaxis] - places[:, np.newaxis]
         linked = np.hypot(between[..., 0], between[..., 1]) <= ADJACENT * world_of(telemetry)["robot"]["radius"]
         for _ in range(places.shape[1].bit_length()):  # each time links that are twice as long
             linked = linked @ linked
-        return np.asarray(linked.sum(axis=-1).max(axis=-1) / places.shape[1])
+        largest = linked.sum(axis=-1).argmax(axis=-1)
+        return np.asarray(linked[np.arange(len(linked)), largest])

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmevo.protocols import FloatArray, IntArray, SceneInfo, Telemetry
+from swarmevo.protocols import BoolArray, FloatArray, IntArray, SceneInfo, Telemetry
 from swarmevo_shaped.objectives import Explained
 from swarmevo_tasks import geometry
 
@@ -18,15 +18,19 @@ class Coverage(Explained):
 
     Args:
         cell: Side of a cell [m].
+        enough: Share from which on an episode is a success.
 
     Raises:
-        ValueError: No cell is free, or there are more than a million.
+        ValueError: No cell is free, there are more than a million, or ``enough`` is no share.
     """
 
     name = "coverage"
     channels = ("pose",)
 
-    def __init__(self, scene: SceneInfo, cell: float = 0.1) -> None:
+    def __init__(self, scene: SceneInfo, cell: float = 0.1, enough: float = 0.8) -> None:
+        if not isinstance(enough, (int, float)) or not 0 < enough <= 1:
+            raise ValueError(f"enough: expected a share above 0 and up to 1, got {enough!r}")
+        self.success = float(enough)
         corners = geometry.corners_of(scene.world["arena"])
         self._origin, self._cell = corners.min(axis=0), cell
         if not 0 < cell < np.inf or np.prod(np.ptp(corners, axis=0) / cell) > 1e6:
@@ -40,16 +44,36 @@ class Coverage(Explained):
 
     def course(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes, steps)``: the share so far."""
-        places = np.floor((telemetry.pose[..., :2] - self._origin) / self._cell).astype(np.intp)
-        column, row = (places[..., i].clip(0, n - 1) for i, n in enumerate((self._columns, self._rows)))
-        steps, free = places.shape[1], self._is_free.sum()
+        steps, free = telemetry.pose.shape[1], self._is_free.sum()
 
         def course(cells: IntArray) -> FloatArray:
-            first = np.full(len(self._is_free), steps)  # when a cell was first visited; at the end: never
-            np.minimum.at(first, cells, np.arange(steps)[:, np.newaxis])
-            return np.asarray(np.bincount(first[self._is_free], minlength=steps + 1)[:steps].cumsum() / free)
+            first = self._first_visits(cells)[self._is_free]
+            return np.asarray(np.bincount(first, minlength=steps + 1)[:steps].cumsum() / free)
 
-        return np.array([course(cells) for cells in column * self._rows + row])
+        return np.array([course(cells) for cells in self._cells(telemetry)])
+
+    def behaviours(self, telemetry: Telemetry) -> dict[str, BoolArray]:
+        """Return which robots were mostly where another one had been before: in most of the free cells they visited."""
+
+        def followed(cells: IntArray) -> list[bool]:
+            first = np.array([self._first_visits(one[:, np.newaxis])[self._is_free] for one in cells.T])
+            own, others = first < len(cells), (first > first.min(axis=0))
+            return [bool(late.sum() > 0.5 * came.sum()) for came, late in zip(own, own & others, strict=True)]
+
+        return {"mostly in others' tracks": np.array([followed(cells) for cells in self._cells(telemetry)])}
+
+    def _cells(self, telemetry: Telemetry) -> IntArray:
+        """Return ``(episodes, steps, robots)``: the number of the cell that a robot is in."""
+        places = np.floor((telemetry.pose[..., :2] - self._origin) / self._cell).astype(np.intp)
+        column, row = (places[..., i].clip(0, n - 1) for i, n in enumerate((self._columns, self._rows)))
+        return np.asarray(column * self._rows + row)
+
+    def _first_visits(self, cells: IntArray) -> IntArray:
+        """Return for each cell the step in which any robot of ``cells`` ``(steps, robots)`` was first there."""
+        steps = len(cells)
+        first = np.full(len(self._is_free), steps)  # at the end: never
+        np.minimum.at(first, cells, np.arange(steps)[:, np.newaxis])
+        return first
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: the share at the end."""

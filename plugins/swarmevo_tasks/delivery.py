@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmevo.protocols import FloatArray, SceneInfo, Telemetry
+from swarmevo.protocols import BoolArray, FloatArray, SceneInfo, Telemetry
 from swarmevo_shaped.geometry import has_pushed, steps_before_push, steps_of, world_of
 from swarmevo_shaped.objectives import Explained
 from swarmevo_tasks import geometry
@@ -29,6 +29,10 @@ class Delivered(Explained):
     def course(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes, steps)``: the share so far."""
         return np.asarray(np.maximum.accumulate(telemetry.at_goal, axis=1).mean(axis=-1))
+
+    def behaviours(self, telemetry: Telemetry) -> dict[str, BoolArray]:
+        """Return which robots never touched a movable."""
+        return {"never touched a movable": telemetry.touch.max(axis=(1, 3), initial=0) == 0}
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: the share at the end."""

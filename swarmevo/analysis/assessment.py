@@ -17,9 +17,9 @@ import numpy as np
 from swarmevo import simulation
 from swarmevo.analysis import fronts
 from swarmevo.analysis.bench import Bench, Candidate, Observe, test_key
-from swarmevo.analysis.census import LABELS
+from swarmevo.analysis.measures import Measures, measures_of
 from swarmevo.analysis.recording import Recording, record
-from swarmevo.analysis.sequential import Until, decide
+from swarmevo.analysis.sequential import Until, decide, settled, successes
 from swarmevo.analysis.table_ii import Assessment, Condition, Outcome, Tested, Verdict, outcome
 from swarmevo.config import Config
 from swarmevo.errors import StoreError
@@ -72,6 +72,7 @@ def assess(
     Raises:
         ConfigError: An override is refused, or a size: each robot has a genome of its own.
         EvaluationError: A plugin or an episode failed.
+        InvalidArgument: The task has no such rate as is to be decided.
         Interrupted: ``stop`` said so.
         SimulatorError: The world does not take teams of such a size.
         StoreError: The run has no generation yet, there is no such genome, or the tests cannot be stored.
@@ -82,8 +83,8 @@ def assess(
                 store, sizes, repeats, robustness, workers, observe, stop, overrides, until, genome, tests=opened
             )
     settings = other_world.load(store, overrides)
-    bench = Bench(store.config, tests, _candidates(store, genome), workers, observe, stop)
-    return assess_bench(bench, store.config, settings, store.objectives, sizes, repeats, robustness, until)
+    bench = Bench(store.config, tests, _candidates(store, genome), store.objectives, workers, observe, stop)
+    return assess_bench(bench, store.config, settings, sizes, repeats, robustness, until)
 
 
 def assess_genomes(
@@ -111,21 +112,46 @@ def assess_genomes(
         until: See there.
 
     Raises:
-        ConfigError, EvaluationError, Interrupted, SimulatorError: As :func:`assess`.
+        ConfigError, EvaluationError, InvalidArgument, Interrupted, SimulatorError: As :func:`assess`.
     """
     settings = other_world.test_world(settings)
     team = Team(settings)
     with StoredTests.forgotten(len(team.objectives), len(team.descriptors)) as tests:
         candidates = [Candidate(0, i, genes, {}) for i, genes in enumerate(genomes)]
-        bench = Bench(settings, tests, candidates, workers, observe, stop)
-        return assess_bench(bench, settings, settings, team.objectives, sizes, repeats, robustness, until)
+        bench = Bench(settings, tests, candidates, team.objectives, workers, observe, stop)
+        return assess_bench(bench, settings, settings, sizes, repeats, robustness, until)
+
+
+def assess_one(settings: Config, genes: FloatArray, repeats: int, trial: int = 0) -> tuple[Outcome, Measures]:
+    """Test a controller in one world, with the team of that world; nothing is stored.
+
+    Args:
+        settings: Its world, controller and fitness, with a seed.
+        genes: ``(size,)``
+        repeats: Tests.
+        trial: Whose noise it meets.
+
+    Returns:
+        What the tests gave, and which of it says something of the task.
+
+    Raises:
+        ConfigError, EvaluationError, SimulatorError: As :func:`assess`.
+    """
+    settings = other_world.test_world(settings)
+    team = Team(settings)
+    with StoredTests.forgotten(len(team.objectives), len(team.descriptors)) as tests:
+        one = Candidate(trial, 0, genes, {})
+        bench = Bench(settings, tests, [one], team.objectives, workers=0)
+        bench.test(settings, repeats)
+        found = bench.stored(settings, one)
+        found = found.only(found.repeat < repeats)
+        return _outcome(bench, settings.team.robots, found), measures_of(settings, team.objectives)
 
 
 def assess_bench(
     bench: Bench,
     run: Config,
     settings: Config,
-    objectives: Sequence[Objective],
     sizes: Sequence[int],
     repeats: int,
     robustness: bool = False,
@@ -137,22 +163,22 @@ def assess_bench(
         bench: With somebody to test.
         run: The configuration that they were evolved with.
         settings: The same, or that of another world.
-        objectives: Of the run.
         sizes: As of :func:`assess`, and so are those that follow.
         repeats: See there.
         robustness: See there.
         until: See there.
 
     Raises:
-        ConfigError, EvaluationError, Interrupted, SimulatorError, StoreError: As :func:`assess`.
+        ConfigError, EvaluationError, InvalidArgument, Interrupted, SimulatorError, StoreError: As :func:`assess`.
     """
+    until = until and settled(until, measures_of(settings, bench.objectives))
     teams = _teams(settings, (*sizes, run.team.robots))
     worlds = _worlds(settings) if robustness else {}
     bench.plan(repeats * (len(teams) + len(worlds) + 1))  # and once more for the census
     for world in (*teams.values(), *(world for _, world in worlds.values())):
         bench.test(world, repeats, until)
     bench.watch(settings, repeats)
-    return _view(bench, run, settings, objectives, sizes, worlds, (until, repeats) if until else None)
+    return _view(bench, run, settings, sizes, worlds, (until, repeats) if until else None)
 
 
 def stored(store: Store) -> Assessment | None:
@@ -170,8 +196,8 @@ def stored(store: Store) -> Assessment | None:
         worlds = {name: one for name, one in _worlds(settings).items() if world_of(settings, one[1]) in known}
         if not store.trials() or not sizes:
             return None
-        bench = Bench(settings, tests, _candidates(store))
-        found = _view(bench, settings, settings, store.objectives, sizes, worlds)
+        bench = Bench(settings, tests, _candidates(store), store.objectives)
+        found = _view(bench, settings, settings, sizes, worlds)
     return found if found.controllers else None
 
 
@@ -203,7 +229,6 @@ def _view(
     bench: Bench,
     run: Config,
     settings: Config,
-    objectives: Sequence[Objective],
     sizes: Sequence[int],
     worlds: dict[str, tuple[str, Config]],
     wanted: tuple[Until, int] | None = None,
@@ -223,7 +248,7 @@ def _view(
                 for name, (change, world) in worlds.items()
             ),
         )
-        for row in _pooled(evolved_robots, found)
+        for row in _pooled(bench, evolved_robots, found)
     ]
     seen = [bench.census(settings, one) for one in bench.candidates]
     controllers = [
@@ -231,17 +256,18 @@ def _view(
             trial=one.trial,
             genome=one.genome,
             evolved=dict(one.evolved),
-            tested=_means(objectives, results[evolved_robots][i]),
-            outcomes=[_outcome(robots, found[i]) for robots, found in of_sizes.items() if len(found[i])],
+            tested=_means(bench.objectives, results[evolved_robots][i]),
+            outcomes=[_outcome(bench, robots, found[i]) for robots, found in of_sizes.items() if len(found[i])],
             behaviours=seen[i],
         )
         for i, one in enumerate(bench.candidates)
         if any(len(found[i]) for found in results.values())
     ]
-    rows = [row for robots, found in of_sizes.items() for row in _pooled(robots, found)]
+    rows = [row for robots, found in of_sizes.items() for row in _pooled(bench, robots, found)]
     return Assessment(
         generation=GENERATION,
         repeats=min((_least(found) for found in of_sizes.values()), default=0),
+        measures=measures_of(settings, bench.objectives),
         horizon=settings.episode.horizon,
         rows=rows,
         controllers=controllers,
@@ -257,12 +283,16 @@ def _view(
 def _verdicts(bench: Bench, results: dict[int, list[Results]], until: Until, most: int) -> Iterator[Verdict]:
     for i, one in enumerate(bench.candidates):
         for robots, found in results.items():
-            decided = decide(until, found[i]["homing_time"], found[i]["push_time"], most)
+            decided = decide(until, successes(until.rate, found[i], bench.objectives), most)
             yield Verdict(**vars(decided), trial=one.trial, genome=one.genome, robots=robots)
 
 
-def _outcome(robots: int, results: Results) -> Outcome:
-    return outcome(robots, results["homing_time"], results["push_time"])
+def _outcome(bench: Bench, robots: int, *results: Results) -> Outcome:
+    """Return the outcome of all the tests together."""
+    homing_time, push_time, values = (
+        np.concatenate([one[column] for one in results]) for column in ("homing_time", "push_time", "objective")
+    )
+    return outcome(robots, homing_time, push_time, bench.objectives, values)
 
 
 def _least(results: Sequence[Results]) -> int:
@@ -270,14 +300,11 @@ def _least(results: Sequence[Results]) -> int:
     return min((len(one) for one in results if len(one)), default=0)
 
 
-def _pooled(robots: int, results: Sequence[Results]) -> list[Outcome]:
+def _pooled(bench: Bench, robots: int, results: Sequence[Results]) -> list[Outcome]:
     """Return the outcome over all controllers that were tested, each by as many tests; [] if none was."""
     least = _least(results)
     counted = [one.only(one.repeat < least) for one in results if len(one)]
-    if not counted:
-        return []
-    names = ("homing_time", "push_time")
-    return [outcome(robots, *(np.concatenate([one[name] for one in counted]) for name in names))]
+    return [_outcome(bench, robots, *counted)] if counted else []
 
 
 def _means(objectives: Sequence[Objective], results: Results) -> dict[str, float]:
@@ -288,7 +315,7 @@ def _means(objectives: Sequence[Objective], results: Results) -> dict[str, float
 
 
 def _mean_shares(shares: Sequence[dict[str, float]]) -> dict[str, float]:
-    return {label: float(np.mean([share[label] for share in shares])) for label in LABELS} if shares else {}
+    return {label: float(np.mean([share[label] for share in shares])) for label in shares[0]} if shares else {}
 
 
 # ---- other worlds ----------------------------------------------------------------------------------------------------

@@ -11,15 +11,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.analysis.census import CHANNELS, LABELS, by_episode
+from swarmevo.analysis.census import LABELS, by_episode, fitting
 from swarmevo.analysis.recording import simulate
-from swarmevo.analysis.sequential import Until, decide, looks
+from swarmevo.analysis.sequential import Until, decide, looks, successes
 from swarmevo.config import Config
 from swarmevo.errors import Interrupted
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.results import Results, joined
 from swarmevo.plugins.team import Team, never
-from swarmevo.protocols import FloatArray
+from swarmevo.protocols import CENSUS_CHANNELS, FloatArray, Objective
 from swarmevo.runs import checksums, other_world
 from swarmevo.runs.driver import origin_of
 from swarmevo.runs.tests import GENERATION, Place, StoredTests, world_of
@@ -57,6 +57,7 @@ class Bench:
         run: The configuration that they were evolved with, and a seed.
         tests: Those that there are, to which new ones are added.
         candidates: Whom to test.
+        objectives: That they are judged by.
         workers: Episodes at once; 0: one for each processor.
         observe: Told about the progress.
         stop: Asked now and then; when true, the tests end.
@@ -67,12 +68,13 @@ class Bench:
         run: Config,
         tests: StoredTests,
         candidates: Sequence[Candidate],
+        objectives: Sequence[Objective],
         workers: int = 1,
         observe: Observe = lambda done, total: None,
         stop: Callable[[], bool] = never,
     ) -> None:
         self._run, self._tests, self._workers, self._observe, self._stop = run, tests, workers, observe, stop
-        self.candidates = candidates
+        self.candidates, self.objectives = candidates, objectives
         self._digests = {id(one): checksums.of_genes(one.genes) for one in candidates}
         self._is_begun = False
         self._done = self._total = 0
@@ -85,9 +87,20 @@ class Bench:
         return found.only(_without_gap(found.repeat))
 
     def census(self, settings: Config, candidate: Candidate) -> dict[str, float]:
-        """Return the share of robots with each label, over what the census watched; {}: nothing."""
+        """Return the share of robots with each label that fits the scene, over what the census watched; {}: nothing.
+
+        The labels of the fitness functions come after those of the paper.
+        """
         shares = list(self._tests.shares(self._place(settings, candidate)).values())
-        return dict(zip(LABELS, np.mean(shares, axis=0).tolist(), strict=True)) if shares else {}
+        if not shares:
+            return {}
+        general = dict(zip(LABELS, np.mean([one[: len(LABELS)] for one in shares], axis=0).tolist(), strict=True))
+        own = [dict(one[len(LABELS) :]) for one in shares]
+        labels = [label for label in own[0] if all(label in one for one in own)]
+        return {
+            **{label: general[label] for label in fitting(settings)},
+            **{label: float(np.mean([one[label] for one in own])) for label in labels},
+        }
 
     def _place(self, settings: Config, candidate: Candidate) -> Place:
         return Place(world_of(self._run, settings), candidate.trial, self._digests[id(candidate)])
@@ -123,7 +136,7 @@ class Bench:
 
     def _is_open(self, settings: Config, candidate: Candidate, tests: int, until: Until) -> bool:
         found = self.stored(settings, candidate)
-        return decide(until, found["homing_time"], found["push_time"], tests).verdict == "open"
+        return decide(until, successes(until.rate, found, self.objectives), tests).verdict == "open"
 
     def _test(self, settings: Config, candidates: Sequence[Candidate], upto: int) -> None:
         # A controller written in Python sees several of its episodes at once: always the same ones.
@@ -192,7 +205,7 @@ class Bench:
             for one in self.candidates:
                 place = self._place(settings, one)
                 found = self._tests.shares(place)
-                missing = [i for i in range(upto) if len(found.get(i, ())) != len(LABELS)]
+                missing = [i for i in range(upto) if len(found.get(i, ())) < len(LABELS)]
                 blocks = sorted({i // block for i in missing}) if block > 1 else [0] if missing else []
                 for number in blocks:
                     if self._stop():
@@ -200,9 +213,12 @@ class Bench:
                     self._begin(evaluator)
                     wanted = range(number * block, (number + 1) * block) if block > 1 else missing
                     keys = [test_key(self._run, one.trial, i) for i in wanted]
-                    seen = simulate(team, one.genes, keys, self._workers, CHANNELS)
+                    seen = simulate(team, one.genes, keys, self._workers, sorted({*CENSUS_CHANNELS, *team.channels}))
                     shares = by_episode(settings, seen.telemetry, seen.steps.tolist()).tolist()
-                    self._tests.add_shares(place, dict(zip(wanted, shares, strict=True)))
+                    own = [list(team.behaviours(seen, i).items()) for i in range(len(keys))]
+                    self._tests.add_shares(
+                        place, {i: [*of, *more] for i, of, more in zip(wanted, shares, own, strict=True)}
+                    )
                 self._note(upto)
 
     def _note(self, episodes: int) -> None:

@@ -17,11 +17,8 @@ from typing import Final
 import numpy as np
 
 from swarmevo.config import Config, surroundings
-from swarmevo.protocols import BoolArray, FloatArray, IntArray, Telemetry
+from swarmevo.protocols import CENSUS_CHANNELS, BoolArray, FloatArray, IntArray, Telemetry
 from swarmevo.simulation import layout
-
-CHANNELS: Final = ("pose", "command", "touch", "movables")
-"""That the criteria read."""
 
 MOVING: Final = 0.01
 """A robot moves where it comes further than this within a second [m]: a tenth of its top speed."""
@@ -183,12 +180,26 @@ LABELS: Final[dict[str, Callable[[Episode], BoolArray]]] = {
 """Each label's criterion, in the order of section VII."""
 
 
+_OF_A_TEAM: Final = ("circling together", "stopped for a near robot")
+_OF_BOX_AND_SOURCE: Final = ("homed without pushing", "pushed without RF")
+
+
+def fitting(config: Config) -> list[str]:
+    """Return the labels that say something where there is one robot, nothing to push, or no source."""
+    scene = surroundings(config)
+    out = [
+        *(_OF_A_TEAM if config.team.robots == 1 else ()),
+        *(() if scene.movables and layout.homing_emitters(scene) else _OF_BOX_AND_SOURCE),
+    ]
+    return [label for label in LABELS if label not in out]
+
+
 def census(config: Config, telemetry: Telemetry) -> dict[str, float]:
     """Return for each label the share of robots, over all episodes, that showed the behaviour.
 
     Args:
         config: Of the episodes.
-        telemetry: With CHANNELS.
+        telemetry: With CENSUS_CHANNELS.
 
     Raises:
         ValueError: A channel is missing.
@@ -201,16 +212,18 @@ def by_episode(config: Config, telemetry: Telemetry, steps: Sequence[int] | None
 
     Args:
         config: Of the episodes.
-        telemetry: With CHANNELS.
+        telemetry: With CENSUS_CHANNELS.
         steps: Control steps of each episode that are looked at; None: all.
 
     Raises:
         ValueError: A channel is missing.
     """
-    missing = [name for name in CHANNELS if name not in telemetry.channels]
+    missing = [name for name in CENSUS_CHANNELS if name not in telemetry.channels]
     if missing:
-        raise ValueError(f"telemetry: expected the channels {', '.join(CHANNELS)}; missing are {', '.join(missing)}")
-    channels = {name: telemetry.channels[name] for name in CHANNELS}
+        raise ValueError(
+            f"telemetry: expected the channels {', '.join(CENSUS_CHANNELS)}; missing are {', '.join(missing)}"
+        )
+    channels = {name: telemetry.channels[name] for name in CENSUS_CHANNELS}
     shares = []
     for i, homing_time in enumerate(telemetry.homing_time):
         recorded = {name: channel[i, : None if steps is None else steps[i]] for name, channel in channels.items()}

@@ -17,6 +17,7 @@ import moocore
 import numpy as np
 
 from swarmevo import config
+from swarmevo.analysis.measures import Measures, measures_of
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget
 from swarmevo.protocols import BoolArray, Descriptor, FloatArray, IntArray, Objective
@@ -54,6 +55,10 @@ class FrontPoint:
     """Likewise."""
     push_time: float | None
     """[s]; None: it never did."""
+    success_rates: dict[str, float]
+    """For each objective that says what a success is, the share of episodes that were one."""
+    success_intervals: dict[str, tuple[float, float]]
+    """Likewise."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +103,8 @@ class Summary:
     complete: bool
     objectives: list[Objective]
     descriptors: list[Descriptor]
+    measures: Measures
+    """Which rates say something of the task."""
     trials: list[Trial]
     front: list[FrontPoint]
     """Over all trials."""
@@ -130,6 +137,7 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
     known = np.flatnonzero(_are_known(found.episodes, store.config.evolution.least_episodes))
     best_first = known[_non_dominated(store.objectives, found.objectives[known])]
     names = [objective.name for objective in store.objectives]
+    successes = {k: objective.name for k, objective in enumerate(store.objectives) if objective.success is not None}
     return [
         FrontPoint(
             genome=int(found.genome[i]),
@@ -147,6 +155,10 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
             push_rate=float(found.push_rate[i]),
             push_interval=_interval(found.push_rate[i], found.episodes[i]),
             push_time=_number(found.push_time[i]),
+            success_rates={name: float(found.success_rates[i, k]) for k, name in successes.items()},
+            success_intervals={
+                name: _interval(found.success_rates[i, k], found.episodes[i]) for k, name in successes.items()
+            },
         )
         for i in best_first
     ]
@@ -272,6 +284,7 @@ def summarise(store: Store) -> Summary:
         complete=is_complete(store),
         objectives=list(store.objectives),
         descriptors=list(store.descriptors),
+        measures=measures_of(settings, store.objectives),
         trials=[Trial(trial, front(store, trial), history(store, trial)) for trial in store.trials()],
         front=front(store),
         cost=Cost(**asdict(totals), simulated_seconds=totals.steps * settings.episode.control_period),

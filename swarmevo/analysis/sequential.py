@@ -8,21 +8,22 @@ same order, hence a decision depends on nothing else, such as how many more are 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 import numpy as np
 
+from swarmevo.analysis.measures import HOMING, PUSH, Measures
 from swarmevo.analysis.statistics import wilson
-from swarmevo.protocols import FloatArray
+from swarmevo.errors import InvalidArgument
+from swarmevo.evolution.results import Results
+from swarmevo.protocols import FloatArray, Objective
 
 CHUNK: Final = 25
 """Tests between two looks."""
 MOST: Final = 1000
 """Tests of a controller, if nobody says otherwise."""
-Rate = Literal["push", "homing"]
-"""Share of tests in which the box touched the target wall; of robots that came within the emitter's range."""
-RATES: Final = get_args(Rate)
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Until:
 
     limit: float
     """Of its rate, in (0, 1)."""
-    rate: Rate = "push"
+    rate: str = ""
+    """One of the task's :attr:`~swarmevo.analysis.measures.Measures.rates`; "": the first."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +55,46 @@ def looks(most: int) -> list[int]:
     return [*range(CHUNK, most, CHUNK), most]
 
 
-def decide(until: Until, homing_time: FloatArray, push_time: FloatArray, most: int) -> Decision:
+def settled(until: Until, measures: Measures) -> Until:
+    """Return what is to be decided, its rate by name.
+
+    Raises:
+        InvalidArgument: The task has no such rate, or none at all.
+    """
+    if not measures.rates:
+        raise InvalidArgument(
+            "until: expected a task with a rate of success, but its scene has neither source nor goal, and no "
+            "objective says what a success is"
+        )
+    if until.rate and until.rate not in measures.rates:
+        raise InvalidArgument(f"rate: expected {' or '.join(measures.rates)}, got {until.rate!r}")
+    return Until(until.limit, until.rate or measures.rates[0])
+
+
+def successes(rate: str, tests: Results, objectives: Sequence[Objective]) -> FloatArray:
+    """Return ``(tests,)``: how far each was a success, from 0 to 1.
+
+    Args:
+        rate: Which rate of success.
+        tests: Of one controller.
+        objectives: That they were judged by.
+    """
+    if rate == PUSH:
+        return np.asarray(np.isfinite(tests["push_time"]), dtype=np.float64)
+    if rate == HOMING:
+        return np.asarray(np.isfinite(tests["homing_time"]).mean(axis=1), dtype=np.float64)
+    number, objective = next((k, one) for k, one in enumerate(objectives) if one.name == rate)
+    return np.asarray(objective.is_success(tests["objective"][:, number]), dtype=np.float64)
+
+
+def decide(until: Until, success: FloatArray, most: int) -> Decision:
     """Return what tests decide: the first ``most``, or those up to the first look that decides.
 
     Args:
         until: The limit.
-        homing_time: ``(tests, robots)``; NaN: never.
-        push_time: ``(tests,)``; NaN: never. At least one test.
+        success: ``(tests,)``: of each test (:func:`successes`); at least one.
         most: Tests beyond are not looked at.
     """
-    is_push = until.rate == "push"
-    success = np.isfinite(push_time) if is_push else np.isfinite(homing_time).mean(axis=1)
     decision = None
     for tests in looks(min(most, len(success))):
         rate = float(success[:tests].mean())

@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pydantic
 
+from swarmevo.analysis.measures import Measures
 from swarmevo.analysis.sequential import Decision, Until
-from swarmevo.protocols import FloatArray
+from swarmevo.protocols import FloatArray, Objective
 
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Of the JSON."""
 
 
@@ -37,6 +39,14 @@ PAPER: Final = (
 """The paper's Table II."""
 
 
+class Mean(NamedTuple):
+    """Of an objective over tests."""
+
+    mean: float
+    error: float | None
+    """Standard error of the mean; None: of one test."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What a number of tests with teams of one size gave."""
@@ -55,6 +65,10 @@ class Outcome:
     """Share of tests in which the box touched the target wall."""
     push_time: float | None
     """Mean over those tests [s]; None: in none, the paper's "Max"."""
+    success_rates: dict[str, float] = field(default_factory=dict)
+    """For each objective that says what a success is, the share of tests that were one."""
+    objectives: dict[str, Mean] = field(default_factory=dict)
+    """Of each objective that is measured in an episode."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +115,8 @@ class Assessment:
     """Of the tests' episode keys."""
     repeats: int
     """Tests of each controller and team size, the same for all, that ``rows`` and ``robustness`` count."""
+    measures: Measures
+    """Which rates say something of the task."""
     horizon: float
     """Of a test [s]: a robot that has not succeeded by then never does."""
     rows: list[Outcome]
@@ -120,9 +136,24 @@ class Assessment:
     """Controllers of the fronts without some of these tests."""
 
 
-def outcome(robots: int, homing_time: FloatArray, push_time: FloatArray) -> Outcome:
-    """Return the outcome of tests: ``homing_time`` ``(tests, robots)`` and ``push_time`` ``(tests,)``; NaN: never."""
+def outcome(
+    robots: int,
+    homing_time: FloatArray,
+    push_time: FloatArray,
+    objectives: Sequence[Objective],
+    values: FloatArray,
+) -> Outcome:
+    """Return the outcome of tests.
+
+    Args:
+        robots: In the team.
+        homing_time: ``(tests, robots)``; NaN: never.
+        push_time: ``(tests,)``; likewise.
+        objectives: m.
+        values: ``(tests, m)``
+    """
     home = np.isfinite(homing_time)
+    measured = [(one, column) for one, column in zip(objectives, values.T, strict=True) if one.of == "episode"]
     return Outcome(
         robots=robots,
         tests=len(push_time),
@@ -132,7 +163,16 @@ def outcome(robots: int, homing_time: FloatArray, push_time: FloatArray) -> Outc
         homing_time=_mean(homing_time),
         push_rate=float(np.isfinite(push_time).mean()),
         push_time=_mean(push_time),
+        success_rates={
+            one.name: float(one.is_success(column).mean()) for one, column in measured if one.success is not None
+        },
+        objectives={one.name: _with_error(column) for one, column in measured},
     )
+
+
+def _with_error(values: FloatArray) -> Mean:
+    error = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
+    return Mean(float(values.mean()), error)
 
 
 def _mean(times: FloatArray) -> float | None:

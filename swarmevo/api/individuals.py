@@ -12,14 +12,14 @@ from typing import Any, Final, overload
 
 from swarmevo import config as configuration
 from swarmevo import simulation
-from swarmevo.analysis import shipped
+from swarmevo.analysis import assessment, shipped
 from swarmevo.analysis.fronts import FrontPoint
-from swarmevo.analysis.recording import Recording, record, simulate
+from swarmevo.analysis.measures import Measures, measures_of
+from swarmevo.analysis.recording import Recording, record
 from swarmevo.analysis.statistics import wilson
 from swarmevo.analysis.table_ii import Outcome, outcome
 from swarmevo.config import Config
 from swarmevo.errors import InvalidArgument, SwarmevoError
-from swarmevo.plugins.team import Team
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import files, other_world
 from swarmevo.runs.store import Store
@@ -153,8 +153,10 @@ class Controller:
             ConfigError, EvaluationError, SimulatorError: As :meth:`simulate`.
         """
         config, genes = self._world(robots, set)
-        done = simulate(Team(config), genes, self._keys(episodes, seed), channels=())
-        return Rates(outcome(config.team.robots, done.homing_time, done.push_time), confidence)
+        keys = self._keys(episodes, seed)
+        evolution = config.evolution.model_copy(update={"seed": keys[0].seed})
+        settings = config.model_copy(update={"evolution": evolution})
+        return Rates(*assessment.assess_one(settings, genes, episodes, self.trial), confidence)
 
     def replay(
         self, *, seed: int | None = None, robots: int | None = None, set: Mapping[str, Any] | None = None
@@ -261,12 +263,14 @@ class Episodes(Recording):
         return self.telemetry.homing_time
 
     def _repr_html_(self) -> str:
-        found = outcome(self.config.team.robots, self.homing_time, self.push_time)
+        found = outcome(self.config.team.robots, self.homing_time, self.push_time, self.objectives, self.values)
         means = {
             text.words(o.name): text.number(value)
             for o, value in zip(self.objectives, self.values.mean(axis=0), strict=True)
         }
-        return notebook.facts(f"{text.count(len(self), 'episode')} of one individual", {**means, **_rates(found)})
+        rates = _rates(found, measures_of(self.config, self.objectives))
+        title = f"{text.count(len(self), 'episode')} of one individual"
+        return notebook.facts(title, {**means, **{name: said for name, said, _ in rates}})
 
 
 @dataclass(frozen=True)
@@ -274,7 +278,9 @@ class Rates:
     """How often an individual succeeds. An interval is Wilson's, with the episodes as the independent trials."""
 
     outcome: Outcome
-    """Rates and times."""
+    """Rates and times, and means of the objectives."""
+    measures: Measures
+    """Which of them say something of the task."""
     confidence: float
 
     @property
@@ -287,15 +293,21 @@ class Rates:
         """Interval of the share of robots that came within the emitter's range."""
         return self._interval(self.outcome.homing_rate)
 
+    @property
+    def successes(self) -> dict[str, tuple[float, float]]:
+        """For each objective that says what a success is, the interval of the share of episodes that were one."""
+        return {name: self._interval(rate) for name, rate in self.outcome.success_rates.items()}
+
     def _interval(self, rate: float) -> tuple[float, float]:
         return wilson(rate * self.outcome.tests, self.outcome.tests, self.confidence)
 
     def _facts(self) -> dict[str, str]:
-        intervals = zip(_rates(self.outcome).items(), (self.homing, self.push), strict=True)
-        return {
-            name: f"{rate} ({self.confidence:.0%} interval {low:.1%} to {high:.1%})"
-            for (name, rate), (low, high) in intervals
-        }
+        facts = {}
+        for name, said, rate in _rates(self.outcome, self.measures):
+            low, high = self._interval(rate)
+            facts[name] = f"{said} ({self.confidence:.0%} interval {low:.1%} to {high:.1%})"
+        means = {text.words(name): text.mean(*one) for name, one in self.outcome.objectives.items()}
+        return facts if self.measures.paper else {**facts, **means}
 
     def __repr__(self) -> str:
         said = "; ".join(f"{name} {value}" for name, value in self._facts().items())
@@ -341,8 +353,13 @@ def _overrides(set: Mapping[str, Any] | None) -> list[str]:
     return configuration.as_overrides(set or {})
 
 
-def _rates(found: Outcome) -> dict[str, str]:
-    return {
-        "robots at the source": text.rate(found.homing_rate, found.homing_time),
-        "box at the wall": text.rate(found.push_rate, found.push_time),
-    }
+def _rates(found: Outcome, measures: Measures) -> Iterator[tuple[str, str, float]]:
+    """Yield of each rate of success its name, what is said of it, and the rate."""
+    if measures.homing:
+        yield "robots at the source", text.rate(found.homing_rate, found.homing_time), found.homing_rate
+    if measures.push:
+        name = "box at the wall" if measures.paper else "all at a goal"
+        yield name, text.rate(found.push_rate, found.push_time), found.push_rate
+    for objective in measures.successes:
+        rate = found.success_rates[objective.name]
+        yield text.success(objective), text.percent(rate), rate

@@ -25,8 +25,12 @@ from swarmevo.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from swarmevo.analysis.sequential import Until
     from swarmevo.analysis.table_ii import Assessment
+    from swarmevo.config import Config
+    from swarmevo.protocols import Objective
     from swarmevo.runs.tests import StoredTests
 
 
@@ -55,13 +59,21 @@ def assess(
     until: Annotated[
         float | None, typer.Option(metavar="RATE", help="Test each until its 95 % interval is above or below.")
     ] = None,
-    rate: Annotated[str, typer.Option(metavar="push|homing", help="Of --until.")] = "push",
+    rate: Annotated[
+        str | None,
+        typer.Option(
+            metavar="push|homing|OBJECTIVE", help="Of --until; default: the task's first.", show_default=False
+        ),
+    ] = None,
     robustness: Annotated[bool, typer.Option("--robustness", help="Also other noise, starts and bumpers.")] = False,
     settings: OtherWorld = None,
     workers: Workers = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Test the fronts' controllers on fresh seeds, in teams of several sizes: the paper's Table II. Tests add up."""
+    """Test the fronts' controllers on fresh seeds, in teams of several sizes. Tests add up.
+
+    In the paper's scene this is its Table II, in others what they have of sources, goals and objectives.
+    """
     from swarmevo.analysis import assessment, sequential
 
     wanted = _until(until, rate)
@@ -106,6 +118,7 @@ def _of_run(run: str, settings: list[str], wanted: _Wanted) -> tuple[Assessment,
     folder, individual = run_and_individual(run)
     with Store.open(folder) as store, StoredTests.open(store, readonly=False) as tests:
         say_changed_plugins(store)
+        _settle(wanted, store.config, store.objectives)
         if tests.rerun:
             say(f"warning: {tests.file}: {tests.rerun} tests were damaged, and are run again")
         with interruptible(_kept(tests)) as stop, console.tests() as observe:
@@ -125,7 +138,9 @@ def _of_no_run(config: str | None, source: str, settings: list[str], wanted: _Wa
     from swarmevo.views import console
 
     chosen = seeded(load_config(config, settings))
-    genomes = read_genomes(source, chosen, Team(chosen).space)
+    team = Team(chosen)
+    _settle(wanted, chosen, team.objectives)
+    genomes = read_genomes(source, chosen, team.space)
     with interruptible("nothing was stored") as stop, console.tests() as observe:
         found = assessment.assess_genomes(chosen, genomes, **wanted, observe=observe, stop=stop)
     whose = f"{len(genomes)} controller{'s' * (len(genomes) != 1)} of {source}"
@@ -142,17 +157,27 @@ def _show(found: Assessment, whose: str, as_json: bool) -> None:
         console.show_assessment(found, whose)
 
 
-def _until(limit: float | None, rate: str) -> Until | None:
-    from swarmevo.analysis.sequential import RATES, Until
+def _until(limit: float | None, rate: str | None) -> Until | None:
+    from swarmevo.analysis.sequential import Until
 
-    chosen = next((known for known in RATES if known == rate), None)
-    if chosen is None:
-        exit_with(USAGE, f"--rate: expected {' or '.join(RATES)}, got {rate!r}")
     if limit is None:
         return None
     if not 0 < limit < 1:
         exit_with(USAGE, f"--until: expected a rate between 0 and 1, got {limit:g}")
-    return Until(limit, chosen)
+    return Until(limit, rate or "")
+
+
+def _settle(wanted: _Wanted, settings: Config, objectives: Sequence[Objective]) -> None:
+    """Settle which rate is to be decided: one that the task has."""
+    from swarmevo.analysis.measures import measures_of
+    from swarmevo.analysis.sequential import settled
+    from swarmevo.errors import InvalidArgument
+
+    if wanted["until"] is not None:
+        try:
+            wanted["until"] = settled(wanted["until"], measures_of(settings, objectives))
+        except InvalidArgument as error:
+            exit_with(USAGE, f"--{error}")
 
 
 def _kept(tests: StoredTests) -> str:

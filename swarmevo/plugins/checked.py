@@ -29,6 +29,7 @@ from swarmevo.protocols import (
     Objective,
     SceneInfo,
     Telemetry,
+    WatchingFitness,
 )
 
 Measured = TypeVar("Measured", Objective, Descriptor)
@@ -212,6 +213,18 @@ class CheckedFitness:
         parts: dict[str, Any] = _call(self._title, "terms", lambda: dict(made.terms(telemetry)))
         shape = len(telemetry.homing_time), steps
         return {str(name): _numbers(self._title, f"terms: {name}", part, shape) for name, part in parts.items()}
+
+    def behaviours(self, telemetry: Telemetry) -> dict[str, float]:
+        """Return the share of robots that showed each behaviour it knows by name, in one episode; mostly none."""
+        made = self._made
+        if not isinstance(made, WatchingFitness):
+            return {}
+        flags: dict[str, Any] = _call(self._title, "behaviours", lambda: dict(made.behaviours(telemetry)))
+        shape = telemetry.homing_time.shape
+        return {
+            str(name): float(_check(self._title, f"behaviours: {name}", returned.flags, one, shape).mean())
+            for name, one in flags.items()
+        }
 
 
 def plugin_title(kind: str, name: str) -> str:

@@ -25,6 +25,7 @@ from swarmevo.plugins.checked import (
 )
 from swarmevo.plugins.registry import individual_space, option_errors, settled_options
 from swarmevo.protocols import (
+    CENSUS_CHANNELS,
     Descriptor,
     FeedForward,
     FloatArray,
@@ -229,6 +230,24 @@ class Team:
                 return before, {name: part[0] for name, part in parts.items()}
             before += len(fitness.objectives)
         return 0, {}
+
+    def behaviours(self, done: Episodes, i: int) -> dict[str, float]:
+        """Return the share of robots that showed each behaviour which a fitness function knows, in episode i.
+
+        Of several that know one by the same name the first is asked.
+
+        Args:
+            done: The episodes, with all channels of the fitness functions, and those of the census.
+            i: From 0.
+
+        Raises:
+            EvaluationError: A fitness function failed.
+        """
+        found: dict[str, float] = {}
+        for fitness in self._fitness:
+            channels = sorted({*fitness.channels, *CENSUS_CHANNELS})
+            found = {**fitness.behaviours(self._alone(done, i, channels)), **found}
+        return found
 
     def complexity(self, genomes: FloatArray) -> FloatArray:
         """Return ``(n,)``: how many hidden neurons each individual of ``(n, space.size)`` uses."""

@@ -34,9 +34,9 @@ def of_rows(rows: Rows) -> bytes:
     return hashlib.sha256(json.dumps(rows, default=bytes.hex).encode()).digest()
 
 
-def of_run(run: Sequence[Any], objectives: Rows, descriptors: Rows) -> bytes:
-    """Return the checksum of the row of ``run`` and the rows of ``objective`` and ``descriptor``."""
-    return of_rows([run, *objectives, *descriptors])
+def of_run(run: Sequence[Any], objectives: Rows, successes: Rows, descriptors: Rows) -> bytes:
+    """Return the checksum of the row of ``run`` and the rows of ``objective``, ``success`` and ``descriptor``."""
+    return of_rows([run, *objectives, *successes, *descriptors])
 
 
 def of_generation(row: Sequence[Any], individuals: bytes, episodes: bytes) -> bytes:

@@ -12,7 +12,7 @@ import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from urllib.parse import quote
 
 from swarmevo.errors import OutputError, StoreError
@@ -20,13 +20,22 @@ from swarmevo.evolution.results import Sizes
 from swarmevo.protocols import Descriptor, Objective
 from swarmevo.runs import checksums
 from swarmevo.runs.files import refusal
-from swarmevo.runs.schema import APPLICATION_ID, DESCRIBED_VERSION, SCHEMA_VERSION, tables, version_of
+from swarmevo.runs.schema import (
+    APPLICATION_ID,
+    SCHEMA_VERSION,
+    VERSIONS,
+    has_descriptors,
+    has_successes,
+    tables,
+    version_of,
+)
 
 DATABASE_FILE: Final = "run.sqlite"
 
 RUN: Final = "SELECT seed, robots, config_sha256, next_config_sha256, sha256 FROM run"
 OBJECTIVES: Final = "SELECT name, direction, low, high, basis FROM objective ORDER BY number"
 DESCRIPTORS: Final = "SELECT name, low, high FROM descriptor ORDER BY number"
+SUCCESSES: Final = "SELECT objective, value FROM success ORDER BY objective"
 
 _PAGE_SIZE: Final = 16384  # [bytes]: six of the paper's genomes; of the usual 4 KiB one would leave a third empty
 _LONGEST_PATH: Final = 504  # [bytes] that SQLite takes
@@ -54,13 +63,16 @@ def create_database(
         descriptors: In the order of the descriptors' axis.
     """
     sizes = Sizes(len(objectives), robots, len(descriptors))
+    successes = [(k, o.success) for k, o in enumerate(objectives) if o.success is not None]
     with contextlib.closing(sqlite3.connect(_place(path), isolation_level=None)) as database:
         database.execute(f"PRAGMA page_size = {_PAGE_SIZE}")
-        database.executescript(f"BEGIN; {tables(sizes)}")
+        database.executescript(f"BEGIN; {tables(sizes, bool(successes))}")
         database.executemany(
             "INSERT INTO objective VALUES (?, ?, ?, ?, ?, ?)",
             [(k, o.name, o.direction, *o.range, o.of) for k, o in enumerate(objectives)],
         )
+        if successes:
+            database.executemany("INSERT INTO success VALUES (?, ?)", successes)
         if descriptors:
             rows = [(k, one.name, *one.range) for k, one in enumerate(descriptors)]
             database.executemany("INSERT INTO descriptor VALUES (?, ?, ?, ?)", rows)
@@ -76,11 +88,25 @@ def insert_session(database: sqlite3.Connection, provenance: Mapping[str, Any]) 
     database.execute("INSERT INTO session (provenance, sha256) VALUES (?, ?)", (text, checksums.of_rows([[text]])))
 
 
-def measured(database: sqlite3.Connection) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
-    """Return the rows of :data:`OBJECTIVES` and of :data:`DESCRIPTORS`, of which there may be none."""
+class Measured(NamedTuple):
+    """What is measured in a run, as rows."""
+
+    objectives: list[tuple[Any, ...]]
+    """Of :data:`OBJECTIVES`."""
+    successes: list[tuple[Any, ...]]
+    """Of :data:`SUCCESSES`, of which there may be none."""
+    descriptors: list[tuple[Any, ...]]
+    """Of :data:`DESCRIPTORS`, likewise."""
+
+
+def measured(database: sqlite3.Connection) -> Measured:
+    """Return what is measured in a run."""
     (version,) = database.execute("PRAGMA user_version").fetchone()
-    objectives = database.execute(OBJECTIVES).fetchall()
-    return objectives, database.execute(DESCRIPTORS).fetchall() if version == DESCRIBED_VERSION else []
+    return Measured(
+        database.execute(OBJECTIVES).fetchall(),
+        database.execute(SUCCESSES).fetchall() if has_successes(version) else [],
+        database.execute(DESCRIPTORS).fetchall() if has_descriptors(version) else [],
+    )
 
 
 def seal_run(database: sqlite3.Connection) -> None:
@@ -191,21 +217,23 @@ def _check_schema(folder: Path, database: sqlite3.Connection) -> None:
     (version,) = database.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION_ID:
         raise StoreError(f"{folder}: {DATABASE_FILE} is not a run of swarmevo")
-    if version not in (SCHEMA_VERSION, DESCRIBED_VERSION):
+    if version not in VERSIONS:
         needed = "a newer" if version > SCHEMA_VERSION else "an older"
         raise StoreError(
-            f"{folder}: expected schema version {SCHEMA_VERSION} or {DESCRIBED_VERSION}, got {version}; "
+            f"{folder}: expected schema version {VERSIONS[0]} to {VERSIONS[-1]}, got {version}; "
             f"use {needed} swarmevo for this run"
         )
     episode = next((str(sql) for _, name, _, sql in schema_of(database) if name == "episode"), "")
     cells = ("objective", "homing_time", "descriptor")
     sizes = Sizes(*(len(re.findall(rf"^ +{cell}_\d+ ", episode, re.M)) for cell in cells))
-    if version != version_of(sizes):
+    if version != version_of(sizes, has_successes(version)):
         raise StoreError(
-            f"{folder}: expected descriptors in a run of schema version {DESCRIBED_VERSION} alone, got "
-            f"{sizes.descriptors} of them in one of version {version}; restore it from a copy"
+            f"{folder}: expected {'' if has_descriptors(version) else 'no '}descriptors in a run of schema version "
+            f"{version}, got {sizes.descriptors} of them; restore it from a copy"
         )
-    check_tables(database, tables(sizes), f"{folder}: expected the tables of a run in {DATABASE_FILE}")
+    check_tables(
+        database, tables(sizes, has_successes(version)), f"{folder}: expected the tables of a run in {DATABASE_FILE}"
+    )
 
 
 def schema_of(database: sqlite3.Connection) -> list[tuple[str, str, str, str]]:

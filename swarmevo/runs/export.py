@@ -138,7 +138,15 @@ def write_json(store: Store, out: TextIO) -> None:
         "swarmevo": __version__,
         "config": store.config.model_dump(mode="json"),
         "sessions": sessions,
-        "objectives": [{"name": o.name, "direction": o.direction, "range": list(o.range)} for o in store.objectives],
+        "objectives": [
+            {
+                "name": one.name,
+                "direction": one.direction,
+                "range": list(one.range),
+                **({} if one.success is None else {"success": one.success}),
+            }
+            for one in store.objectives
+        ],
         "descriptors": [{"name": one.name, "range": list(one.range)} for one in store.descriptors],
         "columns": columns(store),
     }

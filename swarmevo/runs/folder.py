@@ -188,17 +188,19 @@ class RunFolder:
         """Return what is known of the whole run: seed, robots and digests of the configuration; what is measured."""
         runs = self._rows(RUN)
         with explained(self.folder):
-            objectives, descriptors = measured(self._database)
+            found = measured(self._database)
         if len(runs) != 1:
             raise StoreError(f"{self.folder}: {DATABASE_FILE} is incomplete; it cannot be used")
         seed, robots, digest_of_config, next_digest, digest = runs[0]
         run = seed, robots, digest_of_config, next_digest
-        if digest != checksums.of_run(run, objectives, descriptors) or not 1 <= robots <= _MOST_ROBOTS:
+        if digest != checksums.of_run(run, *found) or not 1 <= robots <= _MOST_ROBOTS:
             raise damaged(self.folder, "what is known of the whole run")
+        successes = dict(found.successes)
         return (
             run,
             tuple(
-                Objective(name, direction, (low, high), of=basis) for name, direction, low, high, basis in objectives
+                Objective(name, direction, (low, high), of=basis, success=successes.get(k))
+                for k, (name, direction, low, high, basis) in enumerate(found.objectives)
             ),
-            tuple(Descriptor(name, (low, high)) for name, low, high in descriptors),
+            tuple(Descriptor(name, (low, high)) for name, low, high in found.descriptors),
         )

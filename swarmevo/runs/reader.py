@@ -186,12 +186,16 @@ class StoreReader(RunFolder):
         """
         homing, described = self._homing_columns(), self._descriptor_columns()
         sums = ", ".join(f"TOTAL({column})" for column in [*self._objective_columns(), *described])
+        succeeded = [
+            "0" if one.success is None else f"TOTAL({column} {'>=' if one.is_maximised else '<='} {one.success!r})"
+            for one, column in zip(self.objectives, self._objective_columns(), strict=True)
+        ]
         known = f"COUNT({described[0]})" if described else "0"
         came = " + ".join(f"COUNT({column})" for column in homing)
         time = " + ".join(f"TOTAL({column})" for column in homing)
         rows = self._rows(
             "SELECT individual.trial, genome, world, MIN(individual.generation), MAX(individual.generation), COUNT(*),"
-            f" SUM(robots), {came}, COUNT(push_time), {known}, {time}, TOTAL(push_time), {sums}"
+            f" SUM(robots), {came}, COUNT(push_time), {known}, {time}, TOTAL(push_time), {sums}, {', '.join(succeeded)}"
             " FROM individual JOIN episode"
             " ON episode.trial = individual.trial AND episode.generation = individual.generation"
             " AND episode.individual = individual.number"
@@ -201,16 +205,17 @@ class StoreReader(RunFolder):
         )
         whole = np.array([row[:10] for row in rows], dtype=np.int64).reshape(-1, 10)
         reals = np.array([row[10:] for row in rows], dtype=np.float64)
-        reals = reals.reshape(len(rows), 2 + len(self.objectives) + len(described))
+        reals = reals.reshape(len(rows), 2 + 2 * len(self.objectives) + len(described))
         starts = np.flatnonzero(np.any(np.diff(whole[:, :2], axis=0, prepend=-1), axis=1))
         place = np.cumsum(np.isin(np.arange(len(whole)), starts)) - 1  # of each row's genome
         robot_episodes, episodes, homings, pushes = (
             np.add.reduceat(whole[:, column], starts) if len(starts) else np.empty(0, dtype=np.int64)
             for column in (6, 5, 7, 8)
         )
-        times = np.zeros((len(starts), 2))
-        np.add.at(times, place, reals[:, :2])
-        parts = np.split(reals, [2, 2 + len(self.objectives)], axis=1)
+        parts = np.split(reals, np.cumsum([2, len(self.objectives), len(described)]), axis=1)
+        times, successes = (np.zeros((len(starts), parts[i].shape[1])) for i in (0, 3))
+        np.add.at(times, place, parts[0])
+        np.add.at(successes, place, parts[3])
         means = self._by_world(place, whole[:, 2], parts[1] / whole[:, 5:6], len(starts))
         descriptors = [self._by_world(place, whole[:, 2], part, len(starts)) for part in (parts[2], whole[:, 9])]
         return Individuals(
@@ -225,6 +230,7 @@ class StoreReader(RunFolder):
             homing_time=_mean(times[:, 0], homings),
             push_rate=pushes / episodes,
             push_time=_mean(times[:, 1], pushes),
+            success_rates=successes / episodes[:, np.newaxis],
         )
 
     @readable

@@ -63,6 +63,8 @@ class Individuals:
     """``(k,)``: share of those episodes in which the box touched the target wall."""
     push_time: FloatArray
     """``(k,)``: mean over the episodes in which it did [s]; NaN: in none."""
+    success_rates: FloatArray
+    """``(k, m)``: share of those episodes that were a success in each objective; 0 where it says nothing of success."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ Tables of ``run.sqlite`` (``PRAGMA user_version`` is the schema's version):
   else than before.
 - ``objective``: ``number`` (from 0), ``name``, ``direction``, ``low`` and ``high`` end of its range, and its ``basis``:
   the ``episode`` that it is measured in, or the ``genome`` alone.
+- ``success``, only in a run that has some, which is of a version of its own: ``objective`` by its number, and ``value``
+  from which on an episode is a success.
 - ``descriptor``, only in a run that has some, which is of a version of its own: ``number`` (from 0), ``name``, ``low``
   and ``high`` end of its range.
 - ``generation``: ``trial``, ``number`` (both from 0), ``seconds`` that its evaluation took, time when ``stored``,
@@ -43,19 +45,37 @@ from swarmevo.evolution.results import COLUMNS, Column, Results, Sizes
 
 SCHEMA_VERSION: Final = 4
 """Of the tables, their text included; a folder written with another one is refused."""
-DESCRIBED_VERSION: Final = 5
-"""Of those of a run with descriptors."""
+DESCRIBED: Final = 1
+"""More, of a run with descriptors."""
+SUCCEEDING: Final = 2
+"""More, of a run with objectives that say what a success is."""
+VERSIONS: Final = range(SCHEMA_VERSION, SCHEMA_VERSION + DESCRIBED + SUCCEEDING + 1)
 APPLICATION_ID: Final = 0x53574556
 """``SWEV``: tells a run from any other SQLite file."""
 
 
-def version_of(sizes: Sizes) -> int:
+def has_descriptors(version: int) -> bool:
+    """Return whether tables of a version have that of descriptors."""
+    return bool(version - SCHEMA_VERSION & DESCRIBED)
+
+
+def has_successes(version: int) -> bool:
+    """Return whether tables of a version have that of successes."""
+    return bool(version - SCHEMA_VERSION & SUCCEEDING)
+
+
+def version_of(sizes: Sizes, successes: bool) -> int:
     """Return the version of a run's tables."""
-    return DESCRIBED_VERSION if sizes.descriptors else SCHEMA_VERSION
+    return SCHEMA_VERSION + DESCRIBED * bool(sizes.descriptors) + SUCCEEDING * successes
 
 
-def tables(sizes: Sizes) -> str:
-    """Return the tables' definition. STRICT: a column holds what its type says, not what SQLite makes of it."""
+def tables(sizes: Sizes, successes: bool = False) -> str:
+    """Return the tables' definition. STRICT: a column holds what its type says, not what SQLite makes of it.
+
+    Args:
+        sizes: Of what an episode leaves.
+        successes: Whether any objective says what a success is.
+    """
     cells = "".join(f"    {cell} {_sql_type(column)},\n" for column in COLUMNS for cell in column.cells(sizes))
     outcome = f"""\
     individual INTEGER NOT NULL,
@@ -64,7 +84,7 @@ def tables(sizes: Sizes) -> str:
     PRIMARY KEY (trial, generation, individual, repeat)"""
     return f"""
 PRAGMA application_id = {APPLICATION_ID};
-PRAGMA user_version = {version_of(sizes)};
+PRAGMA user_version = {version_of(sizes, successes)};
 CREATE TABLE run (
     seed INTEGER NOT NULL,
     robots INTEGER NOT NULL,
@@ -85,6 +105,7 @@ CREATE TABLE objective (
     high REAL NOT NULL,
     basis TEXT NOT NULL CHECK (basis IN ('episode', 'genome'))
 ) STRICT;
+{_SUCCESS_TABLE if successes else ""}\
 {_DESCRIPTOR_TABLE if sizes.descriptors else ""}\
 CREATE TABLE generation (
     trial INTEGER NOT NULL,
@@ -133,6 +154,13 @@ CREATE TABLE in_flight (
 ) STRICT, WITHOUT ROWID;
 """
 
+
+_SUCCESS_TABLE: Final = """\
+CREATE TABLE success (
+    objective INTEGER PRIMARY KEY REFERENCES objective (number),
+    value REAL NOT NULL
+) STRICT;
+"""
 
 _DESCRIPTOR_TABLE: Final = """\
 CREATE TABLE descriptor (

@@ -215,8 +215,11 @@ class StoredTests:
             found: dict[str, Any] = json.loads(text)
         return found
 
-    def shares(self, place: Place) -> dict[int, list[float]]:
-        """Return of a controller's census, for each repeat, the share of robots with each label."""
+    def shares(self, place: Place) -> dict[int, list[Any]]:
+        """Return of a controller's census, for each repeat, the share of robots with each label of the census.
+
+        Then come pairs of label and share: those of the fitness functions.
+        """
         return dict(zip(*self._contents("census", place), strict=True))
 
     def _contents(self, kind: str, place: Place) -> tuple[list[int], list[Any]]:
@@ -274,7 +277,7 @@ class StoredTests:
         rows = zip(to_rows(episodes), episodes.faults, strict=True)
         self._add("episode", [(places[i], repeat, [fault or None, *cells]) for (i, repeat, *cells), fault in rows])
 
-    def add_shares(self, place: Place, shares: Mapping[int, Sequence[float]]) -> None:
+    def add_shares(self, place: Place, shares: Mapping[int, Sequence[Any]]) -> None:
         """Store what a census found, by repeat (:meth:`shares`)."""
         self._add("census", [(place, repeat, list(found)) for repeat, found in shares.items()])
 

@@ -15,7 +15,8 @@ Its tables (``PRAGMA user_version`` is their version):
   its rows in ``test``; ``sha256`` of these.
 - ``test``: ``tested``, ``repeat``, ``session`` that ran it, ``content`` as JSON, ``sha256`` of these. The content of an
   episode is why it failed, or null, then the cells of ``COLUMNS`` (``evolution/results.py``); that of a census the
-  share of robots with each label. Random streams are keyed by (seed of the run, trial, ``GENERATION``, repeat).
+  share of robots with each label, then pairs of a fitness function's label and its share. Random streams are keyed by
+  (seed of the run, trial, ``GENERATION``, repeat).
 """
 
 from __future__ import annotations

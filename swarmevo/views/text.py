@@ -8,7 +8,7 @@ A number and its unit stay on one line: between them is a no-break space, and a 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import timedelta
 from typing import TYPE_CHECKING, Final
 
@@ -16,6 +16,7 @@ from swarmevo.printable import printable
 
 if TYPE_CHECKING:
     from swarmevo.analysis.fronts import Cost
+    from swarmevo.analysis.measures import Measures
     from swarmevo.analysis.table_ii import Outcome, PaperRow
     from swarmevo.config import Surroundings
     from swarmevo.protocols import Objective
@@ -168,12 +169,55 @@ def rate(share: float, time: float | None) -> str:
 
 def outcome(found: Outcome | PaperRow) -> list[str]:
     """Return what tests gave: share and mean time of the robots at the source, then of the box at the wall."""
+    return [*came_home(found), *pushed(found)]
+
+
+def came_home(found: Outcome | PaperRow) -> list[str]:
+    """Return the share of robots that came to the source, and after which mean time."""
+    return [percent(found.homing_rate), time_taken(found.homing_time)]
+
+
+def pushed(found: Outcome | PaperRow) -> list[str]:
+    """Return the share of tests in which all movables were at a goal, and after which mean time."""
+    return [percent(found.push_rate), time_taken(found.push_time)]
+
+
+def measured(found: Outcome, measures: Measures) -> list[str]:
+    """Return what tests gave in each of a task's measures; :func:`measured_heads` has the heads."""
     return [
-        percent(found.homing_rate),
-        time_taken(found.homing_time),
-        percent(found.push_rate),
-        time_taken(found.push_time),
+        *(came_home(found) if measures.homing else []),
+        *(pushed(found) if measures.push else []),
+        *(percent(share) for share in found.success_rates.values()),
+        *([] if measures.paper else [mean(*one) for one in found.objectives.values()]),
     ]
+
+
+def measured_heads(measures: Measures, objectives: Iterable[str], homing: str, push: str) -> list[str]:
+    """Return what the cells of :func:`measured` are.
+
+    Args:
+        measures: Of the task.
+        objectives: Names of those that are measured in an episode.
+        homing: What it is called where robots come to the source.
+        push: What it is called where all movables are at a goal.
+    """
+    return [
+        *([homing, "time taken"] if measures.homing else []),
+        *([push, "time taken"] if measures.push else []),
+        *map(success, measures.successes),
+        *([] if measures.paper else map(words, objectives)),
+    ]
+
+
+def success(objective: Objective) -> str:
+    """Return from which value of an objective on an episode is a success."""
+    assert objective.success is not None
+    return f"{words(objective.name)} {'>=' if objective.is_maximised else '<='} {number(objective.success)}"
+
+
+def mean(value: float, error: float | None) -> str:
+    """Return a mean and its standard error, if it is known."""
+    return number(value) if error is None else f"{number(value)}{_GAP}±{_GAP}{error:.2g}"
 
 
 def speed(cost: Cost) -> str:

@@ -16,6 +16,7 @@ from swarmevo.analysis.sequential import Until
 from swarmevo.analysis.table_ii import PAPER, Outcome
 from swarmevo.errors import ConfigError, Interrupted, StoreError
 from swarmevo.evolution.evaluation import Evaluator
+from swarmevo.protocols import Objective
 from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 from swarmevo.runs.tests_file import TESTS_FILE
@@ -42,12 +43,34 @@ def assess_more(run: Path, **options: object) -> table_ii.Assessment:
 
 def test_an_outcome_by_hand() -> None:
     homing = np.array([[1.0, np.nan], [3.0, 5.0], [np.nan, np.nan]])
-    outcome = table_ii.outcome(2, homing, np.array([np.nan, 7.0, np.nan]))
-    assert outcome == Outcome(2, 3, 0.5, pytest.approx(2 / 3), pytest.approx(1 / 3), 3.0, pytest.approx(1 / 3), 7.0)
+    objectives = (
+        Objective("gain", "maximise", (0.0, 9.0), success=3.0),
+        Objective("error", "minimise", (0.0, 9.0), success=1.0),
+        Objective("plain", "maximise", (0.0, 9.0)),
+        Objective("size", "minimise", (0.0, 9.0), of="genome", success=5.0),
+    )
+    values = np.array([[1.0, 1.0, 2.0, 4.0], [3.0, 2.0, 2.0, 4.0], [5.0, 3.0, 2.0, 4.0]])
+    outcome = table_ii.outcome(2, homing, np.array([np.nan, 7.0, np.nan]), objectives, values)
+    assert outcome == Outcome(
+        robots=2,
+        tests=3,
+        homing_rate=0.5,
+        any_home_rate=pytest.approx(2 / 3),
+        all_home_rate=pytest.approx(1 / 3),
+        homing_time=3.0,
+        push_rate=pytest.approx(1 / 3),
+        push_time=7.0,
+        success_rates={"gain": pytest.approx(2 / 3), "error": pytest.approx(1 / 3)},
+        objectives={
+            "gain": (3.0, pytest.approx((4 / 3) ** 0.5)),
+            "error": (2.0, pytest.approx(3**-0.5)),
+            "plain": (2.0, 0.0),
+        },
+    )
 
 
 def test_never_is_none() -> None:
-    outcome = table_ii.outcome(1, np.full((4, 1), np.nan), np.full(4, np.nan))
+    outcome = table_ii.outcome(1, np.full((4, 1), np.nan), np.full(4, np.nan), (), np.empty((4, 0)))
     assert (outcome.homing_rate, outcome.homing_time, outcome.push_rate, outcome.push_time) == (0, None, 0, None)
 
 

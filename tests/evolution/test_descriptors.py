@@ -28,7 +28,7 @@ from swarmevo.evolution.loop import Progress
 from swarmevo.plugins import option_errors
 from swarmevo.protocols import Descriptor, FloatArray, Objective, Problem, takes_descriptors
 from swarmevo.runs import driver, export
-from swarmevo.runs.schema import DESCRIBED_VERSION, SCHEMA_VERSION
+from swarmevo.runs.schema import DESCRIBED, SCHEMA_VERSION
 from swarmevo.runs.store import Store
 from swarmevo.runs.verification import verify
 from swarmevo.testing import random_genomes
@@ -207,13 +207,13 @@ def test_descriptors_are_stored_and_kept_over_an_interruption(tmp_path: Path) ->
 def test_only_a_run_with_descriptors_is_of_another_version(tmp_path: Path) -> None:
     for name, config, version in (
         ("plain", toy_plugins.config(), SCHEMA_VERSION),
-        ("described", described(), DESCRIBED_VERSION),
+        ("described", described(), SCHEMA_VERSION + DESCRIBED),
     ):
         driver.begin(tmp_path / name, config)
         with Store.open(tmp_path / name) as store:
             assert store._rows("PRAGMA user_version") == [(version,)]
             tables = {table for (table,) in store._rows("SELECT name FROM sqlite_schema")}
-            assert ("descriptor" in tables) == (version == DESCRIBED_VERSION)
+            assert ("descriptor" in tables) == (version == SCHEMA_VERSION + DESCRIBED)
 
 
 def test_a_run_is_verified_to_the_bit_and_a_changed_descriptor_is_found(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from swarmevo.evolution.state import decode_state, encode_state
 from swarmevo.protocols import Objective
 from swarmevo.runs.database import DATABASE_FILE
 from swarmevo.runs.folder import CONFIG_FILE
-from swarmevo.runs.schema import DESCRIBED_VERSION, SCHEMA_VERSION
+from swarmevo.runs.schema import DESCRIBED, SCHEMA_VERSION, SUCCEEDING, VERSIONS
 from swarmevo.runs.store import PROVENANCE_FILE, Store
 
 OBJECTIVES = (Objective("speed", "maximise", (0.0, 2.0)), Objective('size "of" it', "minimise", (-1.0, 1e9)))
@@ -586,17 +586,23 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path: Path, readonly: bool) -> N
 
 @pytest.mark.parametrize("readonly", [True, False])
 @pytest.mark.parametrize(
-    ("version", "advice"), [(DESCRIBED_VERSION + 1, "a newer swarmevo"), (SCHEMA_VERSION - 1, "an older swarmevo")]
+    ("version", "advice"), [(VERSIONS[-1] + 1, "a newer swarmevo"), (SCHEMA_VERSION - 1, "an older swarmevo")]
 )
 def test_another_schema_is_refused(folder: Path, version: int, advice: str, readonly: bool) -> None:
     _execute(folder, f"PRAGMA user_version = {version}")
-    assert_refused(folder, f"expected schema version 4 or 5, got {version}; use {advice}", readonly)
+    assert_refused(folder, f"expected schema version 4 to 7, got {version}; use {advice}", readonly)
 
 
 @pytest.mark.parametrize("readonly", [True, False])
 def test_a_run_of_the_version_with_descriptors_has_some(folder: Path, readonly: bool) -> None:
-    _execute(folder, f"PRAGMA user_version = {DESCRIBED_VERSION}")
-    assert_refused(folder, "expected descriptors in a run of schema version 5 alone, got 0 of them", readonly)
+    _execute(folder, f"PRAGMA user_version = {SCHEMA_VERSION + DESCRIBED}")
+    assert_refused(folder, "expected descriptors in a run of schema version 5, got 0 of them", readonly)
+
+
+@pytest.mark.parametrize("readonly", [True, False])
+def test_a_run_of_the_version_with_successes_has_their_table(folder: Path, readonly: bool) -> None:
+    _execute(folder, f"PRAGMA user_version = {SCHEMA_VERSION + SUCCEEDING}")
+    assert_refused(folder, "expected the tables of a run", readonly)
 
 
 @pytest.mark.parametrize("readonly", [True, False])

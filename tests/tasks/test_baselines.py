@@ -22,7 +22,7 @@ LEAST = {
     "coverage": {"coverage": (0.7, 0.3)},
     "foraging": {"delivery": (0.3, 0.1), "transport": (0.5, 0.25)},
     "localisation": {"box_pushing": (3.0, 1.5), "homing": (0.8, 0.6)},
-    "phototaxis": {"nearness": (0.9, 0.7)},
+    "phototaxis": {"nearness": (0.9, 0.7), "arrived": (0.9, 0.3)},
 }
 """For each task's objectives what the controller by hand has at least, and random genomes at most, in the mean."""
 
@@ -57,13 +57,46 @@ def test_the_table_of_the_page_is_printed(monkeypatch: pytest.MonkeyPatch, capsy
     assert line.startswith("| coverage | coverage | 0.")
 
 
+SPOKEN = {
+    "aggregation": ("largest cluster >= 1", "not in the largest cluster in the end"),
+    "clearing": ("delivery", "never touched a movable"),
+    "coverage": ("coverage >= 0.8", "mostly in others' tracks"),
+    "foraging": ("delivery", "never touched a movable"),
+    "localisation": ("homing", "left the source again"),
+    "phototaxis": ("arrived >= 1", "away from the emitter in the end"),
+}
+"""For each task a measure of success and a behaviour that are its own."""
+HOMING, PUSHING = "homing", "pushing"
+UNSPOKEN = {
+    "aggregation": (HOMING, PUSHING, "source", "RF"),
+    "clearing": ("push\n", "box"),
+    "coverage": (HOMING, PUSHING, "source", "RF"),
+    "foraging": ("push\n", "box"),
+    "localisation": ("push\n", "RF", "circling together"),
+    "phototaxis": (HOMING, PUSHING, "source", "RF"),
+}
+"""For each task words of the paper's that say nothing there."""
+
+
 @pytest.mark.parametrize("task", LEAST)
-def test_it_evolves_and_is_verified(task: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_evolves_and_is_spoken_of_and_verified(
+    task: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     short = ["evolution.generations=2", "evolution.population=4", "evolution.repeats=1", "episode.horizon=2.0"]
     settings = [word for setting in short for word in ("--set", setting)]
-    for command in (["evolve", task, *settings, "--seed", "1", "--out", "run"], ["show", "run"], ["verify", "run"]):
+    said = ""
+    for command in (
+        ["evolve", task, *settings, "--seed", "1", "--out", "run"],
+        ["show", "run"],
+        ["test", "run", "--robots", "1", "--repeats", "1"],
+        ["verify", "run"],
+    ):
         with pytest.MonkeyPatch.context() as patch:
             patch.chdir(tmp_path)
             with pytest.raises(SystemExit) as exit:
                 cli.main(command)
-        assert not exit.value.code, capsys.readouterr().err
+        out, errors = capsys.readouterr()
+        assert not exit.value.code, errors
+        said += out if command[0] in ("show", "test") else ""
+    assert [word for word in SPOKEN[task] if word not in said] == []
+    assert [word for word in UNSPOKEN[task] if word in said] == []

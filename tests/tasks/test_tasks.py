@@ -17,12 +17,17 @@ from swarmevo_tasks import geometry
 from swarmevo_tasks.aggregation import Aggregation, LargestCluster
 from swarmevo_tasks.coverage import Coverage
 from swarmevo_tasks.delivery import Delivered, Delivery, Transport
+from swarmevo_tasks.phototaxis import Arrived
 
 PUCK = {"shape": "cylinder", "size": [0.06, 0.06, 0.03], "mass": 0.02, "pose": [0.0, -0.1, 0.0]}
 
 
 def made(factory: Any, settings: Config, **options: Any) -> Any:
-    return factory(**options) if factory in (Aggregation, LargestCluster) else factory(scene_info(settings), **options)
+    return (
+        factory(**options)
+        if factory in (Aggregation, Arrived, LargestCluster)
+        else factory(scene_info(settings), **options)
+    )
 
 
 def config_of(steps: int = 4, **sections: Any) -> Config:
@@ -31,14 +36,24 @@ def config_of(steps: int = 4, **sections: Any) -> Config:
 
 def value(factory: Any, settings: Config, push: float = nan, **channels: Any) -> float:
     """Return a fitness of one episode, whose channels are given from its steps on."""
-    recorded = {name: np.array([values], dtype=float) for name, values in channels.items()}
-    info = scene_info(settings)
-    telemetry = Telemetry(0.1, np.full((1, info.robots), nan), np.array([push]), channels=recorded, world=info.world)
+    telemetry = telemetry_of(settings, push, **channels)
     (found,) = made(factory, settings).evaluate(telemetry, np.zeros((1, 0)), SwitchCounter())[:, 0].tolist()
     return float(found)
 
 
-@pytest.mark.parametrize("factory", [Aggregation, LargestCluster, Coverage, Delivered, Delivery, Transport])
+def shown(factory: Any, settings: Config, **channels: Any) -> dict[str, list[bool]]:
+    """Return for each behaviour that a fitness knows which robots of one episode showed it."""
+    found = made(factory, settings).behaviours(telemetry_of(settings, **channels))
+    return {name: flags[0].tolist() for name, flags in found.items()}
+
+
+def telemetry_of(settings: Config, push: float = nan, **channels: Any) -> Telemetry:
+    recorded = {name: np.array([values], dtype=float) for name, values in channels.items()}
+    info = scene_info(settings)
+    return Telemetry(0.1, np.full((1, info.robots), nan), np.array([push]), channels=recorded, world=info.world)
+
+
+@pytest.mark.parametrize("factory", [Aggregation, Arrived, LargestCluster, Coverage, Delivered, Delivery, Transport])
 def test_conformance(factory: Any) -> None:
     class Tests(FitnessTests):
         def create(self) -> Any:
@@ -76,6 +91,12 @@ def test_a_cluster_is_of_robots_between_which_no_other_fits(xs: list[float], lar
     end = [[x, 0, 0] for x in xs]
     settings = config_of(team={"robots": 4})
     assert value(LargestCluster, settings, pose=[[[0, 0, 0]] * 4, end]) == largest / 4
+
+
+def test_who_is_not_in_the_largest_cluster() -> None:
+    end = [[x, 0, 0] for x in (0.26, 0.41, 0, 0.13)]
+    flags = shown(LargestCluster, config_of(team={"robots": 4}), pose=[[[0, 0, 0]] * 4, end])
+    assert flags == {"not in the largest cluster in the end": [False, True, False, False]}
 
 
 # ---- coverage --------------------------------------------------------------------------------------------------------
@@ -229,3 +250,40 @@ def test_a_real_delivery(factory: Any) -> None:
         assert fitness.terms(telemetry).keys() == {fitness.name}
     assert values[0] == values[1]
     assert 0.5 < values[0] <= 1
+
+
+# ---- behaviours and arrival ------------------------------------------------------------------------------------------
+
+
+def test_who_was_mostly_where_another_had_been() -> None:
+    """Robot 0 goes ahead through three cells; robot 1 enters two of them later, and one that is new."""
+    ways = [[(-0.35, 0), (-0.25, 0), (-0.15, 0), (-0.15, 0)], [(0.25, 0), (-0.35, 0), (-0.35, 0), (-0.25, 0)]]
+    pose = [[[*ways[robot][step], 0] for robot in range(2)] for step in range(4)]
+    settings = config_of(team={"robots": 2}, scene={"movables": [], "emitters": []})
+    assert shown(Coverage, settings, pose=pose) == {"mostly in others' tracks": [False, True]}
+    alone = [[one] for one, _ in pose]
+    assert shown(Coverage, config_of(team={"robots": 1}), pose=alone) == {"mostly in others' tracks": [False]}
+
+
+@pytest.mark.parametrize("enough", [0, -0.5, 1.5, nan, "most"])
+def test_what_is_enough_is_a_share(enough: object) -> None:
+    with pytest.raises(ValueError, match="enough: expected a share above 0 and up to 1"):
+        made(Coverage, Config(), enough=enough)
+
+
+def test_who_never_touched_a_movable() -> None:
+    settings = config_of(2, team={"robots": 2}, scene={"movables": [PUCK], "goals": [{"wall": "north"}]})
+    touch = [[[0, 0, 0, 0], [0, 0, 0, 0]], [[0, 0, 0, 0], [0, 0.5, 0, 0]]]
+    assert shown(Transport, settings, touch=touch) == {"never touched a movable": [True, False]}
+
+
+def test_who_arrived() -> None:
+    """The emitter is at (0, 0.345); the end counts."""
+    settings = config_of(2, team={"robots": 2}, scene={"movables": []})
+    start, end = [[0, 0.345, 0], [0, 0, 0]], [[0.21, 0.345, 0], [0, 0.15, 0]]
+    assert value(Arrived, settings, pose=[start, end]) == 0.5
+    assert shown(Arrived, settings, pose=[start, end]) == {"away from the emitter in the end": [True, False]}
+    assert Arrived().objectives[0].success == 1.0
+    for within in (0, -1, np.inf, nan, "near"):
+        with pytest.raises(ValueError, match="within: expected a distance above 0"):
+            Arrived(within)  # type: ignore[arg-type]

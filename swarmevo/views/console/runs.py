@@ -15,7 +15,6 @@ from swarmevo.views.console import output
 
 if TYPE_CHECKING:
     from swarmevo.analysis.fronts import Cost, Forecast, FrontPoint, Step, Summary
-    from swarmevo.protocols import Objective
     from swarmevo.runs.verification import Report
 
 _SPARKS: Final = "▁▂▃▄▅▆▇█"
@@ -38,8 +37,8 @@ def show_run(summary: Summary) -> None:
     out.print(f"{summary.run}: seed {summary.seed}, {state}. Trials and generations count from 0.")
     if len(summary.trials) > 1:
         for trial in summary.trials:
-            _show_front(out, f"Front of trial {trial.trial}", summary.objectives, trial.front)
-    _show_front(out, "Front over all trials", summary.objectives, summary.front)
+            _show_front(out, f"Front of trial {trial.trial}", summary, trial.front)
+    _show_front(out, "Front over all trials", summary, summary.front)
     reference = ", ".join(f"{o.name} {o.worst:g}" for o in summary.objectives)
     out.print(f"\nHypervolume per generation, against {reference}")
     for trial in summary.trials:
@@ -47,24 +46,40 @@ def show_run(summary: Summary) -> None:
     _show_cost(out, summary.cost)
 
 
-def _show_front(out: Console, title: str, objectives: Sequence[Objective], front: Sequence[FrontPoint]) -> None:
+def _show_front(out: Console, title: str, summary: Summary, front: Sequence[FrontPoint]) -> None:
     out.print(f"\n{title}")
-    names = [f"{objective.name}\n({objective.direction})" for objective in objectives]
-    table = output.table(
-        *names, "episodes", "homing", "pushing", "push\n(s)", "gens", "trial", "individual", right=True
-    )
+    names = [f"{objective.name}\n({objective.direction})" for objective in summary.objectives]
+    table = output.table(*names, "episodes", *_measures(summary), "gens", "trial", "individual", right=True)
     for point in front:
         table.add_row(
             *map(text.number, point.objectives.values()),
             str(point.episodes),
-            text.percent_within(point.homing_rate, point.homing_interval),
-            text.percent_within(point.push_rate, point.push_interval),
-            "-" if point.push_time is None else f"{point.push_time:.1f}",
+            *_measured(summary, point),
             f"{point.first_generation}-{point.last_generation}",
             str(point.trial),
             str(point.genome),
         )
     out.print(table)
+
+
+def _measures(summary: Summary) -> list[str]:
+    measures = summary.measures
+    pushing, push = ("pushing", "push\n(s)") if measures.one_box else ("delivery", "taken\n(s)")
+    return [
+        *(["homing"] if measures.homing else []),
+        *([pushing, push] if measures.push else []),
+        *map(text.success, measures.successes),
+    ]
+
+
+def _measured(summary: Summary, point: FrontPoint) -> list[str]:
+    measures = summary.measures
+    time = "-" if point.push_time is None else f"{point.push_time:.1f}"
+    return [
+        *([text.percent_within(point.homing_rate, point.homing_interval)] if measures.homing else []),
+        *([text.percent_within(point.push_rate, point.push_interval), time] if measures.push else []),
+        *(text.percent_within(rate, point.success_intervals[name]) for name, rate in point.success_rates.items()),
+    ]
 
 
 def _show_history(out: Console, trial: int, history: Sequence[Step], planned: int) -> None:

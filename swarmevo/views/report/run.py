@@ -135,6 +135,9 @@ def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
     if delivered := text.delivery(run.scene):
         facts.append((delivered, text.rate(point.push_rate, point.push_time)))
     facts += [
+        (text.success(one), text.percent(point.success_rates[one.name])) for one in run.summary.measures.successes
+    ]
+    facts += [
         ("judged by", text.count(point.episodes, "episode")),
         ("lived in", f"trial {point.trial}, generations {point.first_generation} to {point.last_generation}"),
     ]
@@ -145,5 +148,5 @@ def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
             facts.append((f"{text.words(first)} in fresh tests", text.number(tested.tested[first])))
         shown = [f"{label} {text.percent(share)}" for label, share in tested.behaviours.items() if share >= _RARE]
         if tested.behaviours:
-            facts.append(("robots in fresh tests", ", ".join(shown) or "none of section VII's"))
+            facts.append(("robots in fresh tests", ", ".join(shown) or "no behaviour with a name"))
     return facts

@@ -38,6 +38,7 @@ def front(run: Run) -> Table:
             *map(text.number, point.objectives.values()),
             *([text.rate(point.homing_rate, point.homing_time)] if layout.homing_emitters(run.scene) else []),
             *([text.rate(point.push_rate, point.push_time)] if delivered else []),
+            *map(text.percent, point.success_rates.values()),
             str(point.episodes),
             str(point.trial),
             str(point.genome),
@@ -48,16 +49,27 @@ def front(run: Run) -> Table:
     measured = [
         *(["robots at the source"] if layout.homing_emitters(run.scene) else []),
         *([delivered] if delivered else []),
+        *map(text.success, run.summary.measures.successes),
     ]
     return Table([*names, *measured, "episodes", "trial", "individual", "global front"], rows)
 
 
 def table_ii(run: Run, tests: Assessment) -> Table:
-    """Return the paper's Table II: for each team size what the tests gave, with the paper's results beside."""
+    """Return for each team size what the tests gave; in the paper's scene as its Table II, with its results beside."""
+    if not tests.measures.paper:
+        rows = [[str(row.robots), *text.measured(row, tests.measures)] for row in tests.rows]
+        return Table(["robots", *_heads(run, tests)], rows)
     paper = {row.robots: row for row in PAPER}
-    pushed = text.delivery(run.scene) or "pushed"
-    heads = ["robots", "robots at the source", "any", "all", "time taken", pushed, "time taken"]
-    return Table(heads, [_table_ii_row(row, paper.get(row.robots)) for row in tests.rows])
+    heads = ["robots", "robots at the source", "any", "all", "time taken", text.delivery(run.scene), "time taken"]
+    return Table(
+        [*heads, *map(text.success, tests.measures.successes)],
+        [_table_ii_row(row, paper.get(row.robots)) for row in tests.rows],
+    )
+
+
+def _heads(run: Run, tests: Assessment) -> list[str]:
+    objectives = tests.rows[0].objectives if tests.rows else ()
+    return text.measured_heads(tests.measures, objectives, "robots at the source", text.delivery(run.scene))
 
 
 def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str | Beside]:
@@ -66,14 +78,14 @@ def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str | Beside]:
         cells = [Beside(ours, papers) for ours, papers in zip(text.outcome(row), text.outcome(paper), strict=True)]
     homing, home_time, pushing, push_time = cells
     shares = text.percent(row.any_home_rate), text.percent(row.all_home_rate)
-    return [str(row.robots), homing, *shares, home_time, pushing, push_time]
+    successes = map(text.percent, row.success_rates.values())
+    return [str(row.robots), homing, *shares, home_time, pushing, push_time, *successes]
 
 
 def robustness(run: Run, tests: Assessment) -> Table:
     """Return what the tests in other worlds gave."""
-    pushed = text.delivery(run.scene) or "pushed"
-    heads = ["world", "changes", "robots at the source", "time taken", pushed, "time taken"]
-    return Table(heads, [[one.name, one.changes, *text.outcome(one.outcome)] for one in tests.robustness])
+    rows = [[one.name, one.changes, *text.measured(one.outcome, tests.measures)] for one in tests.robustness]
+    return Table(["world", "changes", *_heads(run, tests)], rows)
 
 
 def gap(objective: Objective, tests: Assessment) -> Table:
