@@ -18,7 +18,7 @@ import os
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -60,20 +60,22 @@ def build() -> Path:
 def _library() -> ctypes.CDLL:
     library = ctypes.CDLL(str(build()))
     world, integer, double = ctypes.c_void_p, ctypes.c_int, ctypes.c_double
+    numbers = [ctypes.POINTER(ctypes.c_char_p), _Doubles, integer, _Doubles, integer]
+    message = [ctypes.c_char_p, integer]
     signatures = {
-        "create": (world, [ctypes.POINTER(ctypes.c_char_p), _Doubles, integer, _Doubles, integer, _Doubles,
-                           ctypes.c_char_p, integer]),
+        "create": (world, [*numbers, _Doubles, *message]),
+        "create_among": (world, [*numbers, _Doubles, integer, _Doubles, integer, _Doubles, integer, *message]),
         "destroy": (None, [world]),
         "set_commands": (None, [world, _Doubles]),
         "advance": (None, [world, ctypes.c_long]),
         "read_state": (None, [world, _Doubles]),
-        "read_foot_loads": (None, [world, _Doubles]),
+        "read_foot_loads": (None, [world, integer, _Doubles]),
         "push": (double, [world]),
         "largest_push": (double, [world]),
         "forget_largest_push": (None, [world]),
         "energy": (double, [world]),
         "default_time_step": (double, []),
-    }  # fmt: skip
+    }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, f"planar_{name}")
         function.restype, function.argtypes = result, arguments
@@ -84,13 +86,66 @@ def _pointer(array: FloatArray) -> ctypes._Pointer[ctypes.c_double]:
     return array.ctypes.data_as(_Doubles)
 
 
+class Movable(NamedTuple):
+    """What robots push."""
+
+    shape: Literal["box", "cylinder"]
+    size: tuple[float, float]
+    """Along and across its heading [m]; of a cylinder its diameter twice."""
+    mass: float
+    """[kg]"""
+    friction: float
+    """Feet on floor."""
+    pose: tuple[float, float, float]
+    """x [m], y [m], heading [rad] at the start."""
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """x [m/s], y [m/s], spin [rad/s] at the start."""
+    feet: float = 1.0
+    """Where they stand, as a share of the way from the middle to the corners or the rim."""
+    push_height: float = 0.015
+    """[m], used with ``shift_loads`` alone."""
+
+
+class Obstacle(NamedTuple):
+    """What stands still."""
+
+    shape: Literal["box", "cylinder"]
+    size: tuple[float, float]
+    """As of a movable [m]."""
+    pose: tuple[float, float, float]
+    """x [m], y [m], heading [rad]."""
+
+
+class Surroundings(NamedTuple):
+    """All but robots."""
+
+    movables: Sequence[Movable]
+    obstacles: Sequence[Obstacle]
+    arena: float | Sequence[tuple[float, float]]
+    """The radius of a round one about the origin, or the corners of a convex one, anticlockwise [m]."""
+
+    def numbers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return movables ``(n, 13)``, obstacles ``(m, 6)`` and the arena as native/reference/planar_c.cpp has them."""
+        movables = [
+            (m.shape == "cylinder", *m.size, m.mass, m.friction, m.feet, m.push_height, *m.pose, *m.velocity)
+            for m in self.movables
+        ]
+        obstacles = [(o.shape == "cylinder", *o.size, *o.pose) for o in self.obstacles]
+        return (
+            np.array(movables, dtype=np.float64).reshape(-1, 13),
+            np.array(obstacles, dtype=np.float64).reshape(-1, 6),
+            np.array(self.arena, dtype=np.float64),
+        )
+
+
 class Planar:
-    """Robots, a box and four walls in the plane.
+    """Robots, what they push, and what stands still, in the plane.
 
     Args:
         poses: Robots, shape (n, 3): x [m], y [m], heading [rad]; the middle of the arena is the origin.
-        box: The box's pose likewise, its heading is along its long side; None for a world without a box.
-        box_velocity: vx [m/s], vy [m/s], spin [rad/s].
+        box: The pose likewise of the one box in a square arena, its heading is along its long side; None for a world
+            without a box; or what there is in its place.
+        box_velocity: vx [m/s], vy [m/s], spin [rad/s] of the one box.
         bumper: Whether robots wear a sprung bumper or all contacts are rigid.
         parameters: Any number of ``struct Parameters`` in native/reference/planar.hpp, which has names, units and
             defaults; ``shift_loads`` as well.
@@ -102,7 +157,7 @@ class Planar:
     def __init__(
         self,
         poses: Sequence[Sequence[float]] | FloatArray,
-        box: Sequence[float] | FloatArray | None = (0.0, 0.0, 0.0),
+        box: Sequence[float] | FloatArray | Surroundings | None = (0.0, 0.0, 0.0),
         box_velocity: Sequence[float] | FloatArray = (0.0, 0.0, 0.0),
         bumper: Literal["sprung", "rigid"] = "sprung",
         **parameters: float,
@@ -114,16 +169,24 @@ class Planar:
         rows = np.asarray(poses, dtype=np.float64).reshape(len(poses), 3)
         robots = np.concatenate([rows, np.zeros_like(rows)], axis=1)
         self._n = len(rows)
-        self._bodies = self._n + (box is not None)
-        thrown = None if box is None else np.array([*box, *box_velocity], dtype=np.float64).reshape(6)
         names = (ctypes.c_char_p * len(numbers))(*[name.encode() for name in numbers])
         values = np.array(list(numbers.values()), dtype=np.float64)
         message = ctypes.create_string_buffer(_MESSAGE_ROOM)
         self._library = _library()
-        self._world = self._library.planar_create(
-            names, _pointer(values), len(numbers), _pointer(robots), self._n,
-            None if thrown is None else _pointer(thrown), message, _MESSAGE_ROOM,
-        )  # fmt: skip
+        given = (names, _pointer(values), len(numbers), _pointer(robots), self._n)
+        if isinstance(box, Surroundings):
+            movables, obstacles, arena = box.numbers()
+            self._movables = len(movables)
+            corners = len(arena) if arena.ndim else 0
+            self._world = self._library.planar_create_among(
+                *given, _pointer(movables), len(movables), _pointer(obstacles), len(obstacles), _pointer(arena),
+                corners, message, _MESSAGE_ROOM,
+            )  # fmt: skip
+        else:
+            self._movables = int(box is not None)
+            thrown = None if box is None else np.array([*box, *box_velocity], dtype=np.float64).reshape(6)
+            pointer = None if thrown is None else _pointer(thrown)
+            self._world = self._library.planar_create(*given, pointer, message, _MESSAGE_ROOM)
         if not self._world:
             raise ValueError(message.value.decode())
         self.time_step = float(parameters.get("time_step", self._library.planar_default_time_step()))
@@ -148,8 +211,8 @@ class Planar:
         self._library.planar_advance(self._world, round(seconds / self.time_step))
 
     def state(self) -> FloatArray:
-        """Return x, y [m], heading [rad], vx, vy [m/s], spin [rad/s] of each robot, then of the box if there is one."""
-        state = np.zeros((self._bodies, 6))
+        """Return x, y [m], heading [rad], vx, vy [m/s], spin [rad/s] of each robot, then of each movable."""
+        state = np.zeros((self._n + self._movables, 6))
         self._library.planar_read_state(self._world, _pointer(state))
         return state
 
@@ -158,29 +221,29 @@ class Planar:
         return self.state()[: self._n][i, :3]
 
     def box(self) -> FloatArray:
-        """Return the box's pose, shape (3,): x, y [m], heading [rad].
+        """Return the pose of the box, or of the first movable, shape (3,): x, y [m], heading [rad].
 
         Raises:
-            ValueError: There is no box.
+            ValueError: There is none.
         """
-        if self._bodies == self._n:
-            raise ValueError("expected a world with a box, this one was made with box=None")
-        return self.state()[-1, :3]
+        if not self._movables:
+            raise ValueError("expected a world with a box, this one was made without")
+        return self.state()[self._n, :3]
 
     def foot_loads(self) -> FloatArray:
         """Return the loads of the box's feet [N]: rear right, front right, rear left, front left along its heading."""
         loads = np.zeros(4)
-        self._library.planar_read_foot_loads(self._world, _pointer(loads))
+        self._library.planar_read_foot_loads(self._world, 0, _pointer(loads))
         return loads
 
     @property
     def push(self) -> float:
-        """Sum of the normal forces by which robots push the box now [N]."""
+        """Sum of the normal forces by which robots push movables now [N]."""
         return float(self._library.planar_push(self._world))
 
     @property
     def largest_push(self) -> float:
-        """Largest sum of the normal forces by which robots have pushed the box [N]."""
+        """Largest sum of the normal forces by which robots have pushed movables [N]."""
         return float(self._library.planar_largest_push(self._world))
 
     def forget_largest_push(self) -> None:
@@ -189,5 +252,5 @@ class Planar:
 
     @property
     def energy(self) -> float:
-        """Kinetic energy of all bodies and elastic energy of the box's feet [J]."""
+        """Kinetic energy of all bodies and elastic energy of movables' feet [J]."""
         return float(self._library.planar_energy(self._world))

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.reference import Planar
-from swarmevo.config import Config
+import numpy as np
+
+from benchmarks.reference import Movable, Obstacle, Planar, Surroundings
+from swarmevo.config import Config, models
 from swarmevo.protocols import FloatArray
 
 REFERENCE_STEP = 1e-5
@@ -32,7 +34,6 @@ def twin(
     """
     robot, physics = config.robot, config.physics
     parameters = {
-        "arena_size": config.arena.size,
         "robot_mass": robot.mass,
         "robot_radius": robot.radius,
         "axle": robot.axle_length,
@@ -41,11 +42,6 @@ def twin(
         "mu_wheel": physics.wheel_friction,
         "mass_height": robot.centre_of_mass,
         "caster_offset": robot.caster_offset,
-        "box_mass": config.box.mass,
-        "box_length": config.box.size[0],
-        "box_width": config.box.size[1],
-        "mu_box": physics.box_friction,
-        "push_height": config.box.size[2] / 2,
         "mu_side": physics.side_friction,
         "bumper_stiffness": robot.bumper_stiffness,
         "bumper_damping": robot.bumper_damping,
@@ -53,10 +49,54 @@ def twin(
     }
     return Planar(
         config.team.start_poses if poses is None else poses,
-        box=config.box.pose,
-        box_velocity=config.box.velocity,
+        surroundings_of(config),
         bumper=robot.bumper,
         shift_loads=shift_loads,
         time_step=time_step,
         **{**parameters, **own_parameters},
     )
+
+
+def surroundings_of(config: Config) -> Surroundings:
+    """Return all but robots; what is drawn at random is not built here.
+
+    A wall is a rectangle from one end to the other (docs/scenes.md).
+    """
+    movables = config.scene.movables if config.scene.movables is not None else (config.box,)
+    return Surroundings(
+        [
+            Movable(
+                m.shape,
+                m.size[:2],
+                m.mass,
+                config.physics.box_friction if m.friction is None else m.friction,
+                m.pose,
+                m.velocity,
+                m.feet,
+                m.size[2] / 2,
+            )
+            for m in movables
+        ],
+        [_obstacle(one) for one in config.scene.obstacles],
+        arena_of(config),
+    )
+
+
+def _obstacle(one: models.Obstacle) -> Obstacle:
+    if one.shape != "wall":
+        return Obstacle(one.shape, one.size[:2], one.pose)
+    start, end = np.array(one.ends)
+    along, middle = end - start, (start + end) / 2
+    heading = float(np.arctan2(along[1], along[0]))
+    return Obstacle("box", (float(np.hypot(*along)), one.thickness), (*middle.tolist(), heading))
+
+
+def arena_of(config: Config) -> float | list[tuple[float, float]]:
+    """Return the radius of a round arena, or the corners of another, anticlockwise [m]."""
+    arena = config.arena
+    if arena.shape == "circle":
+        return arena.size / 2
+    if arena.shape == "polygon":
+        return list(arena.corners)
+    west, east, south, north = arena.bounds
+    return [(west, south), (east, south), (east, north), (west, north)]

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Signs of the corners along and across the heading, in the order of foot_loads.
+// Signs of the feet along and across the heading, in the order of foot_loads.
 constexpr double kAlong[4] = {-1, 1, -1, 1};
 constexpr double kAcross[4] = {-1, -1, 1, 1};
 
@@ -43,14 +44,39 @@ void check(const Parameters& p) {
         throw std::invalid_argument("restitution: expected at most 1, got " + std::to_string(p.restitution));
 }
 
-void check(const Body& b) {
-    for (const double value : {b.x, b.y, b.heading, b.vx, b.vy, b.spin})
+void check(std::initializer_list<double> place) {
+    for (const double value : place)
         if (!std::isfinite(value)) throw std::invalid_argument("expected finite poses and velocities");
+}
+
+void check(const Body& b) {
+    check({b.x, b.y, b.heading, b.vx, b.vy, b.spin});
+}
+
+void check(const Figure& figure) {
+    if (!(figure.length > 0) || !(figure.width > 0) || (figure.is_round && figure.length != figure.width))
+        throw std::invalid_argument("expected a size above 0, of a disc its diameter twice, got " +
+                                    std::to_string(figure.length) + " by " + std::to_string(figure.width));
+}
+
+void check(const Movable& m) {
+    check(m.figure);
+    check(m.start);
+    if (!(m.mass > 0) || !(m.friction >= 0) || !(m.feet > 0) || !(m.push_height >= 0))
+        throw std::invalid_argument("movable: expected mass and feet above 0, friction and push_height of at least 0");
+}
+
+Surroundings surroundings_of(const Parameters& p, const std::optional<Body>& box) {
+    check(p);
+    Surroundings all;
+    all.arena = Arena::square(p.arena_size);
+    if (box) all.movables.push_back({{false, p.box_length, p.box_width}, p.box_mass, p.mu_box, 1, p.push_height, *box});
+    return all;
 }
 
 }  // namespace
 
-const std::array<Field, 25> kFields = {{
+const std::array<Field, 26> kFields = {{
     {"time_step", &Parameters::time_step, false},
     {"arena_size", &Parameters::arena_size, false},
     {"robot_mass", &Parameters::robot_mass, false},
@@ -73,14 +99,25 @@ const std::array<Field, 25> kFields = {{
     {"mu_side", &Parameters::mu_side, true},
     {"contact_stiffness", &Parameters::contact_stiffness, false},
     {"restitution", &Parameters::restitution, false},
+    {"movable_damping_ratio", &Parameters::movable_damping_ratio, true},
     {"bumper_stiffness", &Parameters::bumper_stiffness, true},
     {"bumper_damping", &Parameters::bumper_damping, true},
     {"bumper_travel", &Parameters::bumper_travel, true},
 }};
 
 Planar::Planar(const Parameters& parameters, const std::vector<Body>& robots, const std::optional<Body>& box)
-    : p_(parameters), has_box_(box.has_value()) {
+    : Planar(parameters, robots, surroundings_of(parameters, box)) {}
+
+Planar::Planar(const Parameters& parameters, const std::vector<Body>& robots, const Surroundings& surroundings)
+    : p_(parameters),
+      arena_(surroundings.arena),
+      obstacles_(surroundings.obstacles),
+      rim_{true, 2 * parameters.robot_radius, 2 * parameters.robot_radius} {
     check(p_);
+    for (const Obstacle& obstacle : obstacles_) {
+        check(obstacle.figure);
+        check({obstacle.pose.x, obstacle.pose.y, obstacle.pose.heading});
+    }
     for (const Body& body : robots) {
         check(body);
         Robot robot;
@@ -89,25 +126,51 @@ Planar::Planar(const Parameters& parameters, const std::vector<Body>& robots, co
         robot.inertia = p_.robot_mass * p_.robot_radius * p_.robot_radius / 2;
         robots_.push_back(robot);
     }
-    box_.mass = p_.box_mass;
-    box_.inertia = p_.box_mass * (p_.box_length * p_.box_length + p_.box_width * p_.box_width) / 12;
-    if (box) {
-        check(*box);
-        box_.body = *box;
-    }
-    foot_damping_ = 2 * p_.foot_damping_ratio * std::sqrt(4 * p_.foot_stiffness * p_.box_mass) / 4;
+    for (const Movable& movable : surroundings.movables) add(movable);
 
-    const auto stop = [&](double mass) { return damping_of(p_.restitution, p_.contact_stiffness, mass); };
-    robot_robot_.stop_damping = stop(p_.robot_mass / 2);
-    robot_box_.stop_damping = stop(reduced(p_.robot_mass, p_.box_mass));
-    robot_wall_.stop_damping = stop(p_.robot_mass);
-    box_wall_.stop_damping = stop(p_.box_mass);
+    robot_robot_ = rigid(p_.robot_mass / 2);
+    robot_wall_ = rigid(p_.robot_mass);
     if (p_.sprung) {
         const double k = p_.bumper_stiffness, c = p_.bumper_damping, travel = p_.bumper_travel;
-        robot_box_ = {k, c, travel, robot_box_.stop_damping};
         robot_wall_ = {k, c, travel, robot_wall_.stop_damping};
         robot_robot_ = {k / 2, c / 2, 2 * travel, robot_robot_.stop_damping};  // two bumpers in series
     }
+}
+
+void Planar::add(const Movable& movable) {
+    check(movable);
+    const Figure& figure = movable.figure;
+    Pushed pushed;
+    pushed.body = movable.start;
+    pushed.figure = figure;
+    pushed.friction = movable.friction;
+    pushed.push_height = movable.push_height;
+    pushed.mass = movable.mass;
+    // Solid, of even density.
+    pushed.inertia = figure.is_round
+                         ? movable.mass * figure.length * figure.length / 8
+                         : movable.mass * (figure.length * figure.length + figure.width * figure.width) / 12;
+    const double share = movable.feet * (figure.is_round ? std::sqrt(0.5) : 1);
+    for (int i = 0; i < 4; ++i) {
+        pushed.feet[i].along = kAlong[i] * share * figure.length / 2;
+        pushed.feet[i].across = kAcross[i] * share * figure.width / 2;
+    }
+    pushed.foot_damping = 2 * p_.foot_damping_ratio * std::sqrt(4 * p_.foot_stiffness * movable.mass) / 4;
+    pushed.to_wall = dead(movable.mass);
+    pushed.to_robot = rigid(reduced(movable.mass, p_.robot_mass));
+    if (p_.sprung)
+        pushed.to_robot = {p_.bumper_stiffness, p_.bumper_damping, p_.bumper_travel, pushed.to_robot.stop_damping};
+    movables_.push_back(pushed);
+}
+
+// Of a pair of which a robot is one, by their reduced mass.
+Touch Planar::rigid(double mass) const {
+    return {0, 0, 0, damping_of(p_.restitution, p_.contact_stiffness, mass)};
+}
+
+// Of a pair without a robot: a blow gives nothing back.
+Touch Planar::dead(double mass) const {
+    return {0, 0, 0, 2 * p_.movable_damping_ratio * std::sqrt(p_.contact_stiffness * mass)};
 }
 
 void Planar::set_command(std::size_t robot, double left, double right) {
@@ -122,20 +185,23 @@ void Planar::advance(long steps) {
 
 void Planar::step() {
     for (Robot& robot : robots_) robot.fx = robot.fy = robot.torque = 0;
-    box_.fx = box_.fy = box_.torque = 0;
+    for (Pushed& movable : movables_) movable.fx = movable.fy = movable.torque = 0;
     push_ = 0;
 
     for (std::size_t i = 0; i < robots_.size(); ++i) {
         roll(robots_[i]);
-        touch_walls(robots_[i]);
-        if (has_box_) touch_box(robots_[i]);
+        touch_surroundings(robots_[i]);
+        for (Pushed& movable : movables_) touch_movable(robots_[i], movable);
         for (std::size_t j = 0; j < i; ++j) touch_robot(robots_[i], robots_[j]);
     }
     largest_push_ = std::max(largest_push_, push_);
-    if (has_box_) {
-        touch_corners_to_walls();
-        rub_feet();  // last, because loads of feet follow from what the sides push
-        move(box_);
+    for (std::size_t i = 0; i < movables_.size(); ++i) {
+        touch_surroundings(movables_[i]);
+        for (std::size_t j = 0; j < i; ++j) touch_movables(movables_[i], movables_[j]);
+    }
+    for (Pushed& movable : movables_) {
+        rub_feet(movable);  // last, because loads of feet follow from what the sides push
+        move(movable);
     }
     for (Robot& robot : robots_) move(robot);
 }
@@ -170,67 +236,41 @@ void Planar::roll(Robot& r) const {
 }
 
 // A bumper that gives way meets the wall at the wall.
-void Planar::touch_walls(Robot& r) const {
-    const double x = r.body.x, y = r.body.y, radius = p_.robot_radius, end = p_.arena_size / 2;
-    touch(r, nullptr, robot_wall_, end, y, -1, 0, x + radius - end);
-    touch(r, nullptr, robot_wall_, -end, y, 1, 0, radius - x - end);
-    touch(r, nullptr, robot_wall_, x, end, 0, -1, y + radius - end);
-    touch(r, nullptr, robot_wall_, x, -end, 0, 1, radius - y - end);
+void Planar::touch_surroundings(Robot& r) const {
+    for (const Contact& contact : beyond_walls(rim_, r.pose(), arena_)) touch(r, nullptr, robot_wall_, contact);
+    for (const Obstacle& obstacle : obstacles_)
+        for (const Contact& contact : overlap(rim_, r.pose(), obstacle.figure, obstacle.pose))
+            touch(r, nullptr, robot_wall_, contact);
 }
 
-void Planar::touch_box(Robot& r) {
-    const double from_box_x = r.body.x - box_.body.x, from_box_y = r.body.y - box_.body.y;
-    const double half_length = p_.box_length / 2, half_width = p_.box_width / 2;
-    const double reach = p_.robot_radius + half_length + half_width;
-    if (from_box_x * from_box_x + from_box_y * from_box_y > reach * reach) return;
-
-    const double c = std::cos(box_.body.heading), s = std::sin(box_.body.heading);
-    const double along = c * from_box_x + s * from_box_y, across = -s * from_box_x + c * from_box_y;
-    double near_along = std::clamp(along, -half_length, half_length);
-    double near_across = std::clamp(across, -half_width, half_width);
-    double n_along = along - near_along, n_across = across - near_across;
-    double gap = norm(n_along, n_across);
-    if (gap > 0) {
-        n_along /= gap;
-        n_across /= gap;
-    } else {  // the robot's middle is inside: out by the nearest side
-        const double to_end = half_length - std::abs(along), to_side = half_width - std::abs(across);
-        gap = -std::min(to_end, to_side);
-        n_along = to_end < to_side ? std::copysign(1, along) : 0;
-        n_across = to_end < to_side ? 0 : std::copysign(1, across);
-        near_along -= gap * n_along;
-        near_across -= gap * n_across;
-    }
-    push_ += touch(r, &box_, robot_box_, box_.body.x + c * near_along - s * near_across,
-                   box_.body.y + s * near_along + c * near_across, c * n_along - s * n_across,
-                   s * n_along + c * n_across, p_.robot_radius - gap);
+void Planar::touch_movable(Robot& r, Pushed& m) {
+    for (const Contact& contact : overlap(rim_, r.pose(), m.figure, m.pose()))
+        push_ += touch(r, &m, m.to_robot, contact);
 }
 
 void Planar::touch_robot(Robot& one, Robot& other) const {
-    const double dx = one.body.x - other.body.x, dy = one.body.y - other.body.y;
-    const double squared = dx * dx + dy * dy, reach = 2 * p_.robot_radius;
-    if (squared >= reach * reach || squared == 0) return;  // two in one place have no direction to part in
-    const double distance = std::sqrt(squared);
-    touch(one, &other, robot_robot_, (one.body.x + other.body.x) / 2, (one.body.y + other.body.y) / 2, dx / distance,
-          dy / distance, reach - distance);
-}
-
-void Planar::touch_corners_to_walls() {
-    const double c = std::cos(box_.body.heading), s = std::sin(box_.body.heading), end = p_.arena_size / 2;
-    for (int i = 0; i < 4; ++i) {
-        const double along = kAlong[i] * p_.box_length / 2, across = kAcross[i] * p_.box_width / 2;
-        const double x = box_.body.x + c * along - s * across, y = box_.body.y + s * along + c * across;
-        touch(box_, nullptr, box_wall_, x, y, -1, 0, x - end);
-        touch(box_, nullptr, box_wall_, x, y, 1, 0, -x - end);
-        touch(box_, nullptr, box_wall_, x, y, 0, -1, y - end);
-        touch(box_, nullptr, box_wall_, x, y, 0, 1, -y - end);
+    for (Contact contact : overlap(rim_, one.pose(), rim_, other.pose())) {
+        contact.x = (one.body.x + other.body.x) / 2;
+        contact.y = (one.body.y + other.body.y) / 2;
+        touch(one, &other, robot_robot_, contact);
     }
 }
 
-// Forces of one contact at (x, y), whose normal points to `one`; nullptr is a wall. Returns the normal force.
-double Planar::touch(Mobile& one, Mobile* other, const Touch& law, double x, double y, double nx, double ny,
-                     double depth) const {
-    if (depth <= 0) return 0;
+void Planar::touch_surroundings(Pushed& m) const {
+    for (const Contact& contact : beyond_walls(m.figure, m.pose(), arena_)) touch(m, nullptr, m.to_wall, contact);
+    for (const Obstacle& obstacle : obstacles_)
+        for (const Contact& contact : overlap(m.figure, m.pose(), obstacle.figure, obstacle.pose))
+            touch(m, nullptr, m.to_wall, contact);
+}
+
+void Planar::touch_movables(Pushed& one, Pushed& other) const {
+    for (const Contact& contact : overlap(one.figure, one.pose(), other.figure, other.pose()))
+        touch(one, &other, dead(reduced(one.mass, other.mass)), contact);
+}
+
+// Forces of one contact, whose normal points to `one`; nullptr is what stands still. Returns the normal force.
+double Planar::touch(Mobile& one, Mobile* other, const Touch& law, const Contact& contact) const {
+    const auto& [x, y, nx, ny, depth] = contact;
     const double tx = -ny, ty = nx;
     double vx = 0, vy = 0, mobility = 0;  // of `one` against `other`; 1/kg, of the contact along the tangent
     const auto add = [&](const Mobile& m, double sign) {
@@ -251,7 +291,7 @@ double Planar::touch(Mobile& one, Mobile* other, const Touch& law, double x, dou
     const double viscosity = std::min(p_.mu_side * normal / std::max(std::abs(slip), p_.regularisation_speed),
                                       0.5 / (mobility * p_.time_step));
     const double fx = normal * nx - viscosity * slip * tx, fy = normal * ny - viscosity * slip * ty;
-    const auto apply = [&](Mobile& m, double sign) {
+    const auto apply = [&, x = contact.x, y = contact.y](Mobile& m, double sign) {
         m.fx += sign * fx;
         m.fy += sign * fy;
         m.torque += sign * ((x - m.body.x) * fy - (y - m.body.y) * fx);
@@ -263,43 +303,42 @@ double Planar::touch(Mobile& one, Mobile* other, const Touch& law, double x, dou
 
 // Each foot hangs on the floor by a bristle that is dragged along once its force is the limit: it stands without creep,
 // and slides by Coulomb's circle.
-void Planar::rub_feet() {
-    const double c = std::cos(box_.body.heading), s = std::sin(box_.body.heading);
-    const double weight = p_.box_mass * kGravity;
+void Planar::rub_feet(Pushed& m) const {
+    const double c = std::cos(m.body.heading), s = std::sin(m.body.heading);
+    const double weight = m.mass * kGravity;
     // Statics: pushes at push_height and friction at the floor are a couple, which loads the feet that lie ahead of the
-    // push. A box that speeds up is taken to be as loaded as one that stands.
-    const double tip_along = p_.shift_loads ? (c * box_.fx + s * box_.fy) * p_.push_height / p_.box_length : 0;
-    const double tip_across = p_.shift_loads ? (-s * box_.fx + c * box_.fy) * p_.push_height / p_.box_width : 0;
+    // push. A movable that speeds up is taken to be as loaded as one that stands.
+    const double tip_along = p_.shift_loads ? (c * m.fx + s * m.fy) * m.push_height : 0;
+    const double tip_across = p_.shift_loads ? (-s * m.fx + c * m.fy) * m.push_height : 0;
     double total = 0;
     for (int i = 0; i < 4; ++i) {
-        foot_loads_[i] = std::max(0.0, weight / 4 + (kAlong[i] * tip_along + kAcross[i] * tip_across) / 2);
-        total += foot_loads_[i];
+        m.loads[i] = std::max(0.0, weight / 4 + (tip_along / m.feet[i].along + tip_across / m.feet[i].across) / 4);
+        total += m.loads[i];
     }
-    for (double& load : foot_loads_) load *= weight / total;  // changes something only where a foot has lifted
+    for (double& load : m.loads) load *= weight / total;  // changes something only where a foot has lifted
 
     for (int i = 0; i < 4; ++i) {
-        const double along = kAlong[i] * p_.box_length / 2, across = kAcross[i] * p_.box_width / 2;
-        const double ax = c * along - s * across, ay = s * along + c * across;
-        const double vx = box_.body.vx - box_.body.spin * ay, vy = box_.body.vy + box_.body.spin * ax;
-        const double limit = p_.mu_box * foot_loads_[i];
-        Bristle& bristle = bristles_[i];
-        bristle.x += vx * p_.time_step;
-        bristle.y += vy * p_.time_step;
-        const double longest = limit / p_.foot_stiffness, length = norm(bristle.x, bristle.y);
+        Foot& foot = m.feet[i];
+        const double ax = c * foot.along - s * foot.across, ay = s * foot.along + c * foot.across;
+        const double vx = m.body.vx - m.body.spin * ay, vy = m.body.vy + m.body.spin * ax;
+        const double limit = m.friction * m.loads[i];
+        foot.bristle_x += vx * p_.time_step;
+        foot.bristle_y += vy * p_.time_step;
+        const double longest = limit / p_.foot_stiffness, length = norm(foot.bristle_x, foot.bristle_y);
         if (length > longest) {
-            bristle.x *= longest / length;
-            bristle.y *= longest / length;
+            foot.bristle_x *= longest / length;
+            foot.bristle_y *= longest / length;
         }
-        double fx = -p_.foot_stiffness * bristle.x - foot_damping_ * vx;
-        double fy = -p_.foot_stiffness * bristle.y - foot_damping_ * vy;
+        double fx = -p_.foot_stiffness * foot.bristle_x - m.foot_damping * vx;
+        double fy = -p_.foot_stiffness * foot.bristle_y - m.foot_damping * vy;
         const double force = norm(fx, fy);
         if (force > limit) {
             fx *= limit / force;
             fy *= limit / force;
         }
-        box_.fx += fx;
-        box_.fy += fy;
-        box_.torque += ax * fy - ay * fx;
+        m.fx += fx;
+        m.fy += fy;
+        m.torque += ax * fy - ay * fx;
     }
 }
 
@@ -320,9 +359,12 @@ double Planar::energy() const {
     };
     double sum = 0;
     for (const Robot& robot : robots_) sum += kinetic(robot);
-    if (!has_box_) return sum;
-    for (const Bristle& b : bristles_) sum += p_.foot_stiffness * (b.x * b.x + b.y * b.y) / 2;
-    return sum + kinetic(box_);
+    for (const Pushed& m : movables_) {
+        for (const Foot& foot : m.feet)
+            sum += p_.foot_stiffness * (foot.bristle_x * foot.bristle_x + foot.bristle_y * foot.bristle_y) / 2;
+        sum += kinetic(m);
+    }
+    return sum;
 }
 
 }  // namespace swarmevo_reference

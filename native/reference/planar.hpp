@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The reference that the product's physics is held against: robots, box and walls in the plane, in tiny explicit steps.
+// The reference that the product's physics is held against: robots, what they push, what they run into, in the plane,
+// in tiny explicit steps.
 //
 // It shares no line and no method with the product, so that a mistake of one is not a mistake of both. Contacts are
 // springs and dampers, friction is Coulomb's circle, nothing is solved for. It is slow on purpose.
@@ -10,6 +11,8 @@
 #include <cstddef>
 #include <optional>
 #include <vector>
+
+#include "shapes.hpp"
 
 namespace swarmevo_reference {
 
@@ -31,6 +34,7 @@ struct Parameters {
     double load_lag = 2e-4;              // s, with which loads of wheels follow the forces that shift them
     double regularisation_speed = 2e-4;  // m/s, slip below which friction of wheels and sides is viscous
 
+    // Of the one box of a world without a list of movables.
     double box_mass = 0.24;     // kg
     double box_length = 0.275;  // m, along its heading
     double box_width = 0.18;    // m, across its heading
@@ -38,13 +42,15 @@ struct Parameters {
     // N/m, of the bristle by which each foot sticks to the floor. Two robots whose blow feet just fail to hold move the
     // box by 2 % more than if feet did not give; with 5e4 by 8 %, as if the blow came when the box already moves.
     double foot_stiffness = 1e6;
-    double foot_damping_ratio = 0.7;  // 1, of the box's vibration on its four bristles, 1 is critical
+    double foot_damping_ratio = 0.7;  // 1, of a movable's vibration on its four bristles, 1 is critical
     double push_height = 0.015;       // m, at which sides push the box; used with shift_loads alone
-    bool shift_loads = false;         // whether what pushes the box's sides shifts load between its feet
+    bool shift_loads = false;         // whether what pushes a movable's sides shifts load between its feet
 
-    double mu_side = 0.2;             // 1, side on side
-    double contact_stiffness = 3e4;   // N/m, of rigid contact
-    double restitution = 0.05;        // 1, of rigid contact, above 0
+    double mu_side = 0.2;            // 1, side on side
+    double contact_stiffness = 3e4;  // N/m, of rigid contact
+    double restitution = 0.05;       // 1, of rigid contact that could pull; as it cannot, 0.05 gives back up to 0.22
+    // 1, of the contact of a movable with what is no robot: so much damping that it does not bounce.
+    double movable_damping_ratio = 5;
     bool sprung = true;               // whether robots wear a bumper; if not, all their contacts are rigid
     double bumper_stiffness = 100.0;  // N/m
     double bumper_damping = 4.5;      // N s/m
@@ -58,13 +64,36 @@ struct Field {
     bool may_be_zero;
 };
 
-extern const std::array<Field, 25> kFields;
+extern const std::array<Field, 26> kFields;
 
 struct Body {
     double x = 0, y = 0;    // m
     double heading = 0;     // rad, anticlockwise from x
     double vx = 0, vy = 0;  // m/s
     double spin = 0;        // rad/s
+};
+
+// What robots push. It stands on four feet of equal load: a box at its corners, a cylinder on its rim at 45 degrees
+// from its heading and each 90 on.
+struct Movable {
+    Figure figure;
+    double mass = 0;         // kg
+    double friction = 0;     // 1, feet on floor
+    double feet = 1;         // 1, where they stand, as a share of the way from the middle to the corners or the rim
+    double push_height = 0;  // m, used with shift_loads alone
+    Body start;
+};
+
+struct Obstacle {
+    Figure figure;
+    Pose pose;
+};
+
+// All but robots.
+struct Surroundings {
+    std::vector<Movable> movables;
+    std::vector<Obstacle> obstacles;
+    Arena arena;
 };
 
 // Spring, damper and the rigid stop at the end of their travel, of one pair of things that touch.
@@ -77,8 +106,11 @@ struct Touch {
 
 class Planar {
   public:
-    // Without a box there are robots and walls alone. Throws std::invalid_argument on a parameter out of its range.
+    // In the square arena of the parameters, with the box that they describe; without a box there are robots and walls
+    // alone. Throws std::invalid_argument on a parameter out of its range.
     Planar(const Parameters& parameters, const std::vector<Body>& robots, const std::optional<Body>& box);
+
+    Planar(const Parameters& parameters, const std::vector<Body>& robots, const Surroundings& surroundings);
 
     // Wheel speeds as shares of the top speed, in [-1, 1], held until the next call.
     void set_command(std::size_t robot, double left, double right);
@@ -86,19 +118,21 @@ class Planar {
     void advance(long steps);
 
     std::size_t robots() const { return robots_.size(); }
-    bool has_box() const { return has_box_; }
+    std::size_t movables() const { return movables_.size(); }
     const Body& robot(std::size_t i) const { return robots_[i].body; }
-    const Body& box() const { return box_.body; }
+    const Body& movable(std::size_t i) const { return movables_[i].body; }
+    const Body& box() const { return movable(0); }
 
-    // Sum of the normal forces [N] by which robots push the box: in the last step, and the largest so far.
+    // Sum of the normal forces [N] by which robots push movables: in the last step, and the largest so far.
     double push() const { return push_; }
     double largest_push() const { return largest_push_; }
     void forget_largest_push() { largest_push_ = 0; }
 
-    // Loads [N] of the feet in the last step: rear right, front right, rear left, front left, seen along the heading.
-    const std::array<double, 4>& foot_loads() const { return foot_loads_; }
+    // Loads [N] of a movable's feet in the last step: rear right, front right, rear left, front left, seen along the
+    // heading.
+    const std::array<double, 4>& foot_loads(std::size_t movable = 0) const { return movables_[movable].loads; }
 
-    // Kinetic energy of all bodies and elastic energy of the box's bristles [J].
+    // Kinetic energy of all bodies and elastic energy of the movables' bristles [J].
     double energy() const;
 
   private:
@@ -106,34 +140,48 @@ class Planar {
         Body body;
         double mass = 0, inertia = 0;
         double fx = 0, fy = 0, torque = 0;
+
+        Pose pose() const { return {body.x, body.y, body.heading}; }
     };
     struct Robot : Mobile {
         double left = 0, right = 0;        // rim speeds, m/s
         double forward = 0, sideways = 0;  // lagged friction of both wheels together, N
     };
-    struct Bristle {
-        double x = 0, y = 0;  // m
+    struct Foot {
+        double along = 0, across = 0;         // m, in the body's frame
+        double bristle_x = 0, bristle_y = 0;  // m
     };
+    struct Pushed : Mobile {
+        Figure figure;
+        double friction = 0, push_height = 0;
+        double foot_damping = 0;  // N s/m, of each
+        std::array<Foot, 4> feet;
+        std::array<double, 4> loads{};
+        Touch to_robot, to_wall;  // obstacles are walls
+    };
+
+    void add(const Movable& movable);
+    Touch rigid(double mass) const;
+    Touch dead(double mass) const;
 
     void step();
     void roll(Robot& robot) const;
-    void touch_walls(Robot& robot) const;
-    void touch_box(Robot& robot);
+    void touch_surroundings(Robot& robot) const;
+    void touch_movable(Robot& robot, Pushed& movable);
     void touch_robot(Robot& one, Robot& other) const;
-    void touch_corners_to_walls();
-    void rub_feet();
-    double touch(Mobile& one, Mobile* other, const Touch& law, double x, double y, double nx, double ny,
-                 double depth) const;
+    void touch_surroundings(Pushed& movable) const;
+    void touch_movables(Pushed& one, Pushed& other) const;
+    void rub_feet(Pushed& movable) const;
+    double touch(Mobile& one, Mobile* other, const Touch& law, const Contact& contact) const;
     void move(Mobile& mobile) const;
 
     Parameters p_;
-    bool has_box_;
+    Arena arena_;
+    std::vector<Obstacle> obstacles_;
+    Figure rim_;  // of a robot
     std::vector<Robot> robots_;
-    Mobile box_;
-    std::array<Bristle, 4> bristles_{};
-    std::array<double, 4> foot_loads_{};
-    Touch robot_robot_, robot_box_, robot_wall_, box_wall_;
-    double foot_damping_ = 0;  // N s/m, of each
+    std::vector<Pushed> movables_;
+    Touch robot_robot_, robot_wall_;
     double push_ = 0, largest_push_ = 0;
 };
 
