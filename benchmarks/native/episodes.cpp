@@ -59,7 +59,7 @@ int run(const char* name) {
     const bool pushing = !std::strcmp(name, "pushing"), pressed = !std::strcmp(name, "pressed");
     if (pushing || pressed) {
         all.assign(pushing ? 20 : 4, driving());
-        if (pushing) fixture.config.arena.size[0] = config.arena.size[1] = 20;
+        if (pushing) fixture.config.arena.size[0] = fixture.config.arena.size[1] = 20;
         fixture.box_at(0, pushing ? -9.4 : 0.41);
         for (int i = 0; i < 5; ++i) {
             const double pose[] = {0.0715 * (i - 2), fixture.config.movables[0].pose[1] - 0.127, kPi / 2};

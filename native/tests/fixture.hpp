@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "scene/scene.hpp"
@@ -115,6 +116,14 @@ inline Starts starts_of(const Scene& scene) {
 
 inline void run(World& world, double seconds, double time_step) {
     for (long i = 0; i < std::lround(seconds / time_step); ++i) world.step();
+}
+
+// How far a ray from inside the arena goes to its walls [m].
+inline double ray_to_arena(const Arena& arena, double x, double y, double dx, double dy) {
+    if (arena.is_round()) return ray_to_ring(arena.round_radius(), x, y, dx, dy);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Wall& wall : arena.walls()) least = std::min(least, ray_to_wall(wall, x, y, dx, dy));
+    return least;
 }
 
 }  // namespace swarmevo

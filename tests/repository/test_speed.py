@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import re
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -206,6 +207,18 @@ def test_roaming_commands_are_those_of_the_same_episodes() -> None:
         for each in commands:
             world.advance(each)
         assert np.array_equal(world.state().hash, expected)
+
+
+# ---- instructions ----
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++")
+def test_the_program_whose_instructions_are_counted_compiles() -> None:
+    native = assumptions.ROOT / "native"
+    command = ["g++", "-std=c++17", "-fsyntax-only", f"-I{native / 'include'}", f"-I{native / 'src'}"]
+    program = assumptions.ROOT / "benchmarks" / "native" / "episodes.cpp"
+    done = subprocess.run([*command, program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 # ---- assumptions ----

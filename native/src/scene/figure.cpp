@@ -129,17 +129,14 @@ double Arena::distance(const Figure& figure, const Pose& pose) const {
     return least;
 }
 
-double ray_to_arena(const Arena& arena, double x, double y, double dx, double dy) {
-    double least = kNothing;
-    if (arena.is_round()) {
-        const double along = x * dx + y * dy, off = square(x) + square(y) - square(arena.round_radius());
-        least = -along + std::sqrt(std::max(0.0, square(along) - off));
-    }
-    for (const Wall& wall : arena.walls()) {
-        const double towards = -(wall.normal_x * dx + wall.normal_y * dy);
-        if (towards > 0) least = std::min(least, wall.distance(x, y) / towards);
-    }
-    return std::max(0.0, least);
+double ray_to_wall(const Wall& wall, double x, double y, double dx, double dy) {
+    const double towards = -(wall.normal_x * dx + wall.normal_y * dy);
+    return towards > 0 ? std::max(0.0, wall.distance(x, y) / towards) : kNothing;
+}
+
+double ray_to_ring(double radius, double x, double y, double dx, double dy) {
+    const double along = x * dx + y * dy, off = square(x) + square(y) - square(radius);
+    return std::max(0.0, -along + std::sqrt(std::max(0.0, square(along) - off)));
 }
 
 double ray_to_figure(double x, double y, double dx, double dy, const Figure& figure, const Pose& pose) {

@@ -79,8 +79,11 @@ class Arena {
 
 // ---- rays: how far from (x, y) in the unit direction (dx, dy) [m]; infinity where nothing is hit -------------------
 
-// From inside the arena to its walls.
-double ray_to_arena(const Arena& arena, double x, double y, double dx, double dy);
+// From inside the arena to a straight wall. 0 from behind it.
+double ray_to_wall(const Wall& wall, double x, double y, double dx, double dy);
+
+// From inside the arena to its round wall, about the origin. 0 from outside.
+double ray_to_ring(double radius, double x, double y, double dx, double dy);
 
 // 0 from inside the figure.
 double ray_to_figure(double x, double y, double dx, double dy, const Figure& figure, const Pose& pose);

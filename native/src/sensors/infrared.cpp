@@ -17,20 +17,22 @@ double infrared_range(const Scene& scene) {
 // What the rays of one robot can meet: most robots are in the open most of the time.
 struct Surroundings {
     std::array<const Pose*, SWE_MAX_ROBOTS> robots;
-    unsigned n_robots = 0;
+    std::array<const Wall*, SWE_MAX_CORNERS> walls;
     std::array<unsigned, SWE_MAX_MOVABLES> movables;
     std::array<unsigned, SWE_MAX_OBSTACLES> obstacles;
-    unsigned n_movables = 0, n_obstacles = 0;
-    bool walls = false;
+    unsigned n_robots = 0, n_walls = 0, n_movables = 0, n_obstacles = 0;
+    bool round_wall = false;
 
-    bool empty() const { return n_robots + n_movables + n_obstacles == 0 && !walls; }
+    bool empty() const { return n_robots + n_walls + n_movables + n_obstacles == 0 && !round_wall; }
 };
 
 // Within `reach` of its centre.
 Surroundings surroundings_of(const Scene& scene, const Snapshot& now, unsigned robot, double reach) {
     const Pose& me = now.robots[robot];
     Surroundings around;
-    around.walls = scene.arena.distance(me.x, me.y) < reach;
+    around.round_wall = scene.arena.is_round() && scene.arena.distance(me.x, me.y) < reach;
+    for (const Wall& wall : scene.arena.walls())
+        if (wall.distance(me.x, me.y) < reach) around.walls[around.n_walls++] = &wall;
     const double limit = square(reach + scene.robot.radius);
     for (unsigned i = 0; i < now.robots.size(); ++i)
         if (i != robot && square(now.robots[i].x - me.x) + square(now.robots[i].y - me.y) < limit)
@@ -49,7 +51,9 @@ Surroundings surroundings_of(const Scene& scene, const Snapshot& now, unsigned r
 double nearest_hit(const Scene& scene, const Snapshot& now, const Surroundings& around, double x, double y, double dx,
                    double dy) {
     double distance = kNothing;
-    if (around.walls) distance = ray_to_arena(scene.arena, x, y, dx, dy);
+    if (around.round_wall) distance = ray_to_ring(scene.arena.round_radius(), x, y, dx, dy);
+    for (unsigned i = 0; i < around.n_walls; ++i)
+        distance = std::min(distance, ray_to_wall(*around.walls[i], x, y, dx, dy));
     for (unsigned i = 0; i < around.n_robots; ++i)
         distance =
             std::min(distance, ray_to_disc(x, y, dx, dy, around.robots[i]->x, around.robots[i]->y, scene.robot.radius));
@@ -115,6 +119,7 @@ void sense_infrared(const Glimpse& glimpse, double* readings) {
     const Distances distances = distances_of(scene, glimpse.now, glimpse.robot);
     for (unsigned sensor = 0; sensor < sensors; ++sensor) {
         const double distance = distances[sensor];
+        if (distance == kNothing) continue;
         double reading = infrared_response(scene.sensors, distance);
         if (reading == 0) continue;
         const auto words = glimpse.draw(Purpose::infrared, sensor);

@@ -5,12 +5,20 @@
 #include <cmath>
 
 #include "epuck.hpp"
+#include "sensors/geometry.hpp"
 
 namespace swarmevo {
 namespace {
 
 double angle_between(double a, double b) {
     return std::abs(std::remainder(a - b, 2 * kPi));
+}
+
+// Is the robot so far from a movable that no point of it is in reach of touch sensors? Cheaper than to separate them.
+bool is_far(const Glimpse& glimpse, unsigned number) {
+    const Pose &me = glimpse.me(), &movable = glimpse.now.movables[number];
+    const double reach = glimpse.scene.movables[number].figure.reach + glimpse.scene.robot.radius;
+    return square(me.x - movable.x) + square(me.y - movable.y) > square(reach + glimpse.scene.sensors.touch_range);
 }
 
 // The robot's centre from a movable, in the movable's own frame.
@@ -28,6 +36,7 @@ unsigned width(const swe_sensors_config& sensors) {
 }  // namespace
 
 double gap_to(const Glimpse& glimpse, unsigned movable) {
+    if (is_far(glimpse, movable)) return kNothing;
     return separate(glimpse, movable).distance - glimpse.scene.robot.radius;
 }
 
@@ -38,6 +47,7 @@ void sense_touch(const Glimpse& glimpse, double* readings) {
     const Pose& me = glimpse.me();
     const std::vector<Pose>& movables = glimpse.now.movables;
     for (unsigned i = 0; i < movables.size(); ++i) {
+        if (is_far(glimpse, i)) continue;
         const Pose& movable = movables[i];
         const Separation s = separate(glimpse, i);
         const double gap = s.distance - scene.robot.radius;

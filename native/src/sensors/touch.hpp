@@ -9,7 +9,8 @@ namespace swarmevo {
 
 extern const Device kTouch;
 
-// Distance between a robot's rim and a movable [m]; negative where the bumper is pressed in.
+// Distance between a robot's rim and a movable [m]; negative where the bumper is pressed in, infinity where no
+// touch sensor reaches so far.
 double gap_to(const Glimpse& glimpse, unsigned movable);
 
 // Touch readings in [0, 1], of the movable that answers most. SWE_TOUCH_MODE_FORCE alone reads the snapshot's

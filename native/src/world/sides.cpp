@@ -147,8 +147,10 @@ bool Sides::add_walls(Pair* pair, const Solid& solid, double x, double y, double
     constexpr Solid kWall = {nullptr, AverageVelocity::kWall, 0};
     bool any = false;
     for (const Wall& wall : scene_.arena.walls()) {
-        const double to_wall = wall.offset + wall.normal_x * x + wall.normal_y * y;
-        any |= add(*pair++, solid, kWall,
+        Pair& at_wall = *pair++;
+        const double to_wall = wall.distance(x, y);
+        if (to_wall - radius >= reach_) continue;
+        any |= add(at_wall, solid, kWall,
                    {x - wall.normal_x * to_wall, y - wall.normal_y * to_wall, height, wall.normal_x, wall.normal_y,
                     to_wall - radius});
     }
@@ -158,6 +160,11 @@ bool Sides::add_walls(Pair* pair, const Solid& solid, double x, double y, double
         any |= add(*pair, solid, kWall, {round * ux, round * uy, height, -ux, -uy, round - out - radius});
     }
     return any;
+}
+
+bool Sides::is_near(const Place& place, double reach, const Figure& figure, const Place& other) const {
+    const double dx = place.x - other.x, dy = place.y - other.y, limit = reach + figure.reach + reach_;
+    return dx * dx + dy * dy < limit * limit;
 }
 
 bool Sides::add_robot_at_walls(const Solid& robot) {
@@ -170,8 +177,9 @@ bool Sides::add_robot_at_obstacles(const Solid& robot) {
     const Place& p = average_.place(robot.number);
     bool any = false;
     for (std::size_t i = 0; i < obstacles_.size(); ++i)
-        any |= add(pairs_[at_obstacles_ + obstacles_.size() * robot.number + i], robot,
-                   {nullptr, AverageVelocity::kWall, 0}, meeting_of_obstacle(p, i));
+        if (is_near(p, scene_.robot.radius, scene_.obstacles[i].figure, obstacles_[i]))
+            any |= add(pairs_[at_obstacles_ + obstacles_.size() * robot.number + i], robot,
+                       {nullptr, AverageVelocity::kWall, 0}, meeting_of_obstacle(p, i));
     return any;
 }
 
@@ -211,8 +219,10 @@ bool Sides::add_robots(const Solid& first, const Solid& second) {
 }
 
 bool Sides::add_push(const Solid& robot, const Movable& movable, int number) {
-    return add(pairs_[at_movables_ + movables_ * robot.number + number], robot, solid_of(movable),
-               meeting_of_push(average_.place(robot.number), movable.figure(), average_.place(movable.number())));
+    const Place &p = average_.place(robot.number), &place = average_.place(movable.number());
+    return is_near(p, scene_.robot.radius, movable.figure(), place) &&
+           add(pairs_[at_movables_ + movables_ * robot.number + number], robot, solid_of(movable),
+               meeting_of_push(p, movable.figure(), place));
 }
 
 double Sides::stored_energy(const std::vector<Place>& robots, const std::vector<Place>& movables) const {
@@ -274,8 +284,7 @@ void Sides::add_figures(Pair* pair, const Movable& movable, const Solid& solid, 
                         const Figure& figure, const Place& place) {
     const Figure& own = movable.figure();
     const Place& middle = average_.place(movable.number());
-    const double dx = middle.x - place.x, dy = middle.y - place.y, limit = own.reach + figure.reach + reach_;
-    if (dx * dx + dy * dy >= limit * limit) return;
+    if (!is_near(middle, own.reach, figure, place)) return;
     if (own.is_round) {
         add(*pair, solid, other, meeting_of_disc(middle.x, middle.y, own.half_x, own.height, figure, place));
         return;

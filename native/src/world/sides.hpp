@@ -99,6 +99,8 @@ class Sides {
     Meeting meeting_of_push(const Place& robot, const Figure& figure, const Place& place) const;
     Meeting meeting_of_obstacle(const Place& robot, std::size_t obstacle) const;
     static Solid solid_of(const Movable& movable);
+    // May something that reaches so far [m] meet a figure in the step? Cheaper than the meeting.
+    bool is_near(const Place& place, double reach, const Figure& figure, const Place& other) const;
 
     bool add(Pair& pair, const Solid& first, const Solid& second, const Meeting& meeting);
     // `first`: of as many pairs as there are walls.

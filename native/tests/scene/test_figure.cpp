@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "fixture.hpp"
 #include "rng.hpp"
 #include "scene/figure.hpp"
 #include "scene/scene.hpp"

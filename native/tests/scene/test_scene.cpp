@@ -116,7 +116,7 @@ TEST_CASE("bad values are named") {
         {"episode.horizon", [](auto& c) { c.episode.horizon = 180.05; }},
         {"episode.horizon",
          [](auto& c) {
-             c.episode = {1e5, 0.0005}, c.physics.time_step = 0.0005;
+             c.episode = {1e5, 0.0005, SWE_UNTIL_HORIZON}, c.physics.time_step = 0.0005;
          }},
         {"movables[0].pose", [](auto& c) { c.movables[0].pose[1] = 0.45; }},
         {"team.start_poses", [](auto& c) { c.team.start_poses = nullptr; }},
