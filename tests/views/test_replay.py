@@ -232,21 +232,24 @@ def test_a_long_episode_is_thinned(recording: Recording, episode: dict[str, Any]
 def test_a_thinned_episode_loses_no_touch_and_keeps_means(recording: Recording) -> None:
     """Case 76: what lasts a moment is seen; poses are those of their time."""
     before = recording.telemetry
-    touched = np.zeros_like(before.touch)
-    touched[0, 7, 2, 1] = 1.0  # for one control step
-    telemetry = dataclasses.replace(before, touch=touched)
+    touched = np.array(before.observation)
+    touched[0, :, :, 8:12] = 0.0
+    touched[0, 7, 2, 9] = 1.0  # for one control step
+    telemetry = dataclasses.replace(before, observation=touched)
     told = dataclasses.replace(recording, episodes=dataclasses.replace(recording.episodes, telemetry=telemetry))
     thin = replay_data.data(told, "", most_bytes=THIN)
     (chunk,), every = thin["chunks"], thin["thinned"]
     steps = range(0, 300, every)
-    touch = unpacked(chunk, "touch", np.uint8).reshape(len(steps), 5, 4)
+    observed = unpacked(chunk, "observation", np.int8).reshape(len(steps), 5, 13)
+    touch = observed[..., 8:12]
     command = unpacked(chunk, "command", np.int8).reshape(len(steps), 5, 2)
     homing = np.frombuffer(base64.b64decode(chunk["terms"][0]), "<f4")
     place = unpacked(chunk, "pose", np.int16).reshape(len(steps), 5, 3)[..., :2] * thin["unit"]["position"]
     np.testing.assert_allclose(place, telemetry.pose[0, ::every, :, :2], atol=1e-4)
     for i, step in enumerate(steps):
         window = slice(step, step + every)
-        assert ((touch[i] > 0) == (telemetry.touch[0, window] > 0).any(axis=0)).all()
+        assert ((touch[i] > 0) == (touched[0, window, :, 8:12] > 0).any(axis=0)).all()
+        np.testing.assert_allclose(observed[i, :, :8] / 127, touched[0, step, :, :8], atol=0.004)
         np.testing.assert_allclose(command[i] / 127, telemetry.command[0, window].mean(axis=0), atol=0.004)
         assert homing[i] == pytest.approx(recording.terms["homing"][0, window].mean(), rel=1e-6)
 
@@ -256,7 +259,7 @@ def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[st
     assert [name for name, _ in events] == ["head", "chunk", "chunk", "chunk", "outcome"]
     chunks = [chunk for name, chunk in events if name == "chunk"]
     assert [chunk["steps"] for chunk in chunks] == [100, 100, 100]
-    for name in ("pose", "movables", "command", "touch", "rf", "at_goal", "gap"):
+    for name in ("pose", "movables", "command", "observation", "message", "at_goal", "gap"):
         streamed = b"".join(base64.b64decode(chunk[name]) for chunk in chunks)
         assert streamed == base64.b64decode(episode["chunks"][0][name]), name
     assert events[-1][1] == replay_data.outcome(recording)
@@ -271,7 +274,7 @@ def test_the_scene_has_every_node_that_the_player_moves(settings: Config) -> Non
     commands = [umsgpack.unpackb(base64.b64decode(text)) for text in replay_scene.packed(settings)]
     paths = {command["path"] for command in commands if command["type"] == "set_object"}
     for robot in range(5):
-        for node in ("left/tyre", "right/tyre", "touch/0", "touch/3", "halo", "nose", "number"):
+        for node in ("left/tyre", "right/tyre", "touch/0", "touch/3", "halo/rf", "nose", "number"):
             assert f"/robots/{robot}/{node}" in paths
     assert {"/movables/0/body", "/goals/0/wall", "/goals/0/stripe", "/emitters/0/range/disc"} < paths
     assert replay_scene.packed(settings) == replay_scene.packed(settings)
@@ -403,7 +406,12 @@ def test_the_legend_has_only_bumpers_that_are_there(browser: Browser, recording:
     (tmp_path / "rigid.html").write_text(replay_page.render([replay_data.data(rigid, "")], ""))
     with browsers.watch(browser, 640, 420) as watched:
         page = watched.open(tmp_path / "rigid.html")
-        assert page.locator(".sw-legend li:visible").all_inner_texts() == ["RF signal", "box sensor", "target wall"]
+        assert page.locator(".sw-legend li:visible").all_inner_texts() == [
+            "RF signal",
+            "infrared",
+            "box sensor",
+            "target wall",
+        ]
         assert watched.errors == []
 
 

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.analysis.recording import Recording
-from swarmevo.config import Config, surroundings
-from swarmevo.protocols import FloatArray
+from swarmevo.config import Config, scene_info, surroundings
+from swarmevo.protocols import WHEELS, FloatArray
 from swarmevo.simulation import layout
 from swarmevo.views import text
 from swarmevo.views.replay import scene
+from swarmevo.views.replay.senses import senses
 
-FORMAT: Final = 2
+FORMAT: Final = 3
 """Of an episode's data, for the player."""
 
 MOST_BYTES: Final = 4_000_000
@@ -77,7 +78,9 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
             {"position": emitter.position, "range": emitter.range, "rides_on": emitter.rides_on}
             for emitter in surrounding.emitters or ()
         ],
-        "signal": layout.signal_range(surrounding),
+        "homing": [None] * config.team.robots if layout.homing_emitters(surrounding) else None,
+        "senses": senses(config),
+        "observations": scene_info(config).observations,
         "delivery": text.delivery(surrounding),
         "distance": text.delivery_distance(surrounding),
         "legend": _legend(config),
@@ -87,7 +90,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
             "axle": config.robot.axle_length,
             "speed": config.robot.top_speed,
             "bumper": config.robot.bumper,
-            "touch": scene.touch_sensors(config),
+            "height": config.robot.height,
         },
         "unit": {"position": span / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * span / _LARGEST},
         "terms": list(recording.terms),
@@ -103,12 +106,16 @@ def _span(config: Config) -> float:
 
 def _legend(config: Config) -> list[tuple[str, str]]:
     """Return what the scene shows: kinds of marks, and their names."""
-    seen, has_touch = surroundings(config), "touch" in config.robot.sensors
+    seen, sensed = surroundings(config), config.robot.sensors
     goals = seen.goals or ()
     marks = {
         ("signal", "RF signal"): bool(layout.radio_emitters(seen)),
         ("light", "light"): len(layout.radio_emitters(seen)) < len(seen.emitters or ()),
-        ("touch", "box sensor" if text.has_one_box(seen) else "touch sensor"): has_touch and bool(seen.movables),
+        ("infrared", "infrared"): "infrared" in sensed,
+        ("touch", "box sensor" if text.has_one_box(seen) else "touch sensor"): "touch" in sensed
+        and bool(seen.movables),
+        ("heard", "range and bearing"): "range_and_bearing" in sensed and config.team.robots > 1,
+        ("message", "with a message"): scene_info(config).message > 0 and config.team.robots > 1,
         ("bumper", "bumper"): config.robot.bumper == "sprung",
         ("target", "target wall"): any(goal.wall for goal in goals),
         ("region", "goal"): any(goal.region for goal in goals),
@@ -119,8 +126,9 @@ def _legend(config: Config) -> list[tuple[str, str]]:
 def outcome(recording: Recording) -> dict[str, Any]:
     """Return what is known of an episode when it is over."""
     telemetry = recording.telemetry
+    has_source = bool(layout.homing_emitters(surroundings(recording.config)))
     return {
-        "homing": [_time(time) for time in telemetry.homing_time[0].tolist()],
+        "homing": [_time(time) for time in telemetry.homing_time[0].tolist()] if has_source else None,
         "push": _time(float(telemetry.push_time[0])),
         "facts": facts(recording),
     }
@@ -152,7 +160,8 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
         said.append(("robots at the source", came))
     if delivered := text.delivery(seen):
         said.append((delivered, text.moment(float(telemetry.push_time[0]))))
-    if len(seen.movables or ()) > 1 and seen.goals:
+    is_over = recording.config.episode.until == "push" and not math.isnan(telemetry.push_time[0])
+    if len(seen.movables or ()) > 1 and seen.goals and not is_over:
         end = int(telemetry.at_goal[0, int(recording.episodes.steps[0]) - 1].sum())
         said.append(("at a goal in the end", f"{end} of {len(seen.movables or ())}"))
     return said
@@ -161,9 +170,9 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
 def chunk(recording: Recording, steps: range) -> dict[str, Any]:
     """Return some control steps of an episode as arrays of small integers in base64, and their number.
 
-    An array's axes are those of the telemetry behind the episode; ``rf`` is over the strongest signal, ``gap`` is the
-    distance between a goal and the movable nearest to one, and is empty where nothing is to be brought anywhere. Of
-    the steps that are left out, commands and terms are in the mean, and no touch is lost.
+    An array's axes are those of the telemetry behind the episode; ``command`` is of the wheels, ``gap`` is the distance
+    between a goal and the movable nearest to one, and is empty where nothing is to be brought anywhere. Of the steps
+    that are left out, commands and terms are in the mean, and neither a touch nor a message is lost.
     """
     config, telemetry = recording.config, recording.telemetry
 
@@ -182,15 +191,15 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
 
     span = _span(config)
     scale = np.array([span, span, math.pi])
-    strongest = max(layout.signal_range(surroundings(config))[1], 1e-9)
+    touch = [name.startswith("touch_") for name in scene_info(config).observation_names]
     gap = layout.delivery_distance(config, channel("movables"), channel("at_goal"))
     return {
         "steps": len(steps),
         "pose": _integers(channel("pose") / scale, np.int16),
         "movables": _integers(channel("movables") / scale, np.int16),
-        "command": _integers(mean(telemetry.channels["command"][0]), np.int8),
-        "touch": _integers(most("touch"), np.uint8),
-        "rf": _integers(channel("rf") / strongest, np.uint8),
+        "command": _integers(mean(telemetry.channels["command"][0, ..., : len(WHEELS)]), np.int8),
+        "observation": _integers(np.where(touch, most("observation"), channel("observation")), np.int8),
+        "message": _integers(most("message"), np.uint8),
         "at_goal": _integers(most("at_goal"), np.uint8),
         "gap": "" if gap is None else _integers(gap / (2 * span), np.int16),
         "terms": [_floats(mean(series[0])) for series in recording.terms.values()],

@@ -17,6 +17,7 @@ from swarmevo.views.replay.shapes import Part
 BUMPER: Final = "#7d8891"
 _BODY, _CIRCUIT, _CAP, _TYRE, _HUB = "#2fae6b", "#1d6b45", "#f5f6f2", "#22272b", "#d9dee2"
 _TOUCH: Final = "#ffb000"
+_HALOS: Final = {"rf": shapes.SIGNAL, "light": shapes.LIGHT}
 _WHEEL_WIDTH: Final = 0.06  # of the axle's length
 _BUMPER_HEIGHT: Final = 0.3  # of the box's height: a band half-way up, where bumper and box meet
 
@@ -52,7 +53,7 @@ def parts(path: str, robot: Robot, sensors: Sensors, colour: str, number: str) -
         ),
         *_marks(path, r, top, colour, number),
         *_wheels(path, robot),
-        *_senses(path, robot.radius, deck, sensors),
+        *_senses(path, robot, deck, sensors),
     ]
 
 
@@ -101,14 +102,16 @@ def _wheels(path: str, robot: Robot) -> Iterator[Part]:
             yield Part(f"{path}/{name}/spoke{spoke}", bar, shapes.glossy(shapes.CORE), place)
 
 
-def _senses(path: str, r: float, deck: float, sensors: Sensors) -> Iterator[Part]:
-    """Yield what lights up: arcs for the box sensors, above the box, and a halo on the floor for the RF signal."""
-    half = math.radians(sensors.touch_half_width_deg)
-    shown = max(0.86 * half, 0.02)  # a gap between neighbours
-    for number, yaw in enumerate(sensors.touch_yaw_deg):
-        arc = shapes.sector(1.08 * r, 1.42 * r, math.radians(yaw), shown)
-        yield Part(f"{path}/touch/{number}", arc, shapes.flat(_TOUCH, 0.95), shapes.at(z=deck + 0.004), shadow=False)
-    halo = shapes.sector(1.12 * r, 1.6 * r, 0, math.pi)
-    yield Part(
-        f"{path}/halo", halo, shapes.flat(shapes.SIGNAL, 0.5), shapes.at(z=shapes.FLOOR_LAYERS["halo"]), shadow=False
-    )
+def _senses(path: str, robot: Robot, deck: float, sensors: Sensors) -> Iterator[Part]:
+    """Yield what lights up: arcs for touch, above what is touched, and a halo on the floor for the signal or light."""
+    r = robot.radius
+    if "touch" in robot.sensors:
+        shown = max(0.86 * math.radians(sensors.touch_half_width_deg), 0.02)  # a gap between neighbours
+        for number, yaw in enumerate(sensors.touch_yaw_deg):
+            arc, look = shapes.sector(1.08 * r, 1.42 * r, math.radians(yaw), shown), shapes.flat(_TOUCH, 0.95)
+            yield Part(f"{path}/touch/{number}", arc, look, shapes.at(z=deck + 0.004), shadow=False)
+    for device in ("rf", "light"):
+        if device in robot.sensors:
+            halo, look = shapes.sector(1.12 * r, 1.6 * r, 0, math.pi), shapes.flat(_HALOS[device], 0.5)
+            floor = shapes.at(z=shapes.FLOOR_LAYERS["halo"])
+            yield Part(f"{path}/halo/{device}", halo, look, floor, shadow=False)

@@ -3,7 +3,8 @@
 
 Only what stands still is said here: shapes, colours, places within their parents. The player in ``assets/`` moves
 the nodes ``/movables/I``, ``/emitters/I``, ``/robots/I``, ``/robots/I/left`` and ``right``, lights up ``/goals``,
-``/movables/I/top``, ``/robots/I/halo`` and ``/robots/I/touch/K``, and paints floor, patches, walls and obstacles.
+``/movables/I/top``, ``/robots/I/halo/DEVICE`` and ``/robots/I/touch/K``, paints floor, patches, walls and obstacles,
+and draws trails and what robots perceive at a distance.
 
 World frame as everywhere: metres, origin at the arena's centre on the floor, x east, y north, z up.
 """
@@ -36,7 +37,7 @@ _CLIP_CORNERS: Final = 32  # of a circular arena's clipping planes: each costs t
 _FLOOR_ORDER: Final = -100  # the floor is drawn first, then its patches, the later ones on top
 _CHANNELS: Final = {shapes.SIGNAL: "#3a22b0", "#c2387a": "#7a1c48", "#3f7fbf": "#1d4b78", "#8a6d1a": "#5a430a"}
 """Colours of emitters by channel, in turn, and what their balls glow with."""
-_LIT: Final = ("#e8b400", "#8a6a00")  # the same of lights
+_LIT: Final = (shapes.LIGHT, "#8a6a00")  # the same of lights
 
 
 def commands(config: Config) -> list[Command]:
@@ -61,11 +62,6 @@ def packed(config: Config) -> list[str]:
 def colours(robots: int) -> Sequence[str]:
     """Return each robot's colour, for plots beside the scene."""
     return [COLOURS[robot % len(COLOURS)] for robot in range(robots)]
-
-
-def touch_sensors(config: Config) -> int:
-    """Return how many touch sensors each robot has."""
-    return len(config.sensors.touch_yaw_deg)
 
 
 def clipping(config: Config) -> list[list[float]]:

@@ -33,6 +33,7 @@ FLOOR_LAYERS: Final = {
 """[m], over the floor."""
 CORE: Final = "#20262b"
 SIGNAL: Final = "#7a5cff"
+LIGHT: Final = "#e8b400"
 
 
 @dataclass(frozen=True)

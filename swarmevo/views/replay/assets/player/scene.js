@@ -46,7 +46,7 @@ class Scene {
   load(track, commands) {
     const { viewer } = this;
     this.track = track;
-    for (const name of ["arena", "obstacles", "movables", "goals", "emitters", "robots", "trails", "start"]) viewer.delete_path([name]);
+    for (const name of ["arena", "obstacles", "movables", "goals", "emitters", "robots", "trails", "start", "beams"]) viewer.delete_path([name]);
     for (const command of commands) viewer.handle_command_bytearray(bytes(command));
     const find = (...path) => viewer.scene_tree.find(path).object;
     const { planes } = track.episode.arena;
@@ -55,11 +55,13 @@ class Scene {
       node: find("emitters", `${i}`),
       waves: [0, 1].map((k) => find("emitters", `${i}`, "range", `wave${k}`)),
     }));
+    const touch = track.sense("touch");
+    const halos = ["rf", "light"].map((device) => track.sense(device)).filter(Boolean);
     this.robots = track.episode.colours.map((_, i) => ({
       body: find("robots", `${i}`),
       wheels: ["left", "right"].map((side) => find("robots", `${i}`, side)),
-      touch: Array.from({ length: track.episode.robot.touch }, (_node, k) => find("robots", `${i}`, "touch", `${k}`)),
-      halo: find("robots", `${i}`, "halo"),
+      touch: Array.from({ length: touch ? touch.count : 0 }, (_node, k) => find("robots", `${i}`, "touch", `${k}`)),
+      halos: halos.map((sense) => ({ sense, node: find("robots", `${i}`, "halo", sense.device) })),
     }));
     const { wheel, axle } = track.episode.robot;
     for (const robot of this.robots) {
@@ -69,6 +71,8 @@ class Scene {
     this._clip(find("arena", "patches"), planes);
     track.episode.emitters.forEach((_, i) => this._clip(find("emitters", `${i}`, "range"), planes));
     this._shadows(2 * Math.max(...track.episode.arena.bounds.map(Math.abs)));
+    this.beams = new Beams(track);
+    viewer.set_object(["beams"], this.beams.mesh);
     this.fresh();
     this.follow = null;
     this.theme();
@@ -108,6 +112,7 @@ class Scene {
     const { robots, movables } = track.poses(t);
     movables.forEach((pose, i) => this._movable(i, pose, at));
     robots.forEach((pose, i) => this._robot(i, pose, at));
+    this.beams.show(robots, at);
     track.episode.emitters.forEach((emitter, i) => this._emitter(i, emitter, movables, t));
     for (const trail of this.trails) trail.material.uniforms.now.value = t;
     const reached = movables.length > 0 && movables.every((_, i) => track.isAtGoal(at, i));
@@ -152,15 +157,17 @@ class Scene {
     robot.body.position.set(x, y, 0);
     robot.body.rotation.set(0, 0, heading);
     robot.wheels.forEach((wheel, side) => wheel.rotation.set(0, this.track.wheel(at, i, side), 0));
+    const touched = robot.touch.length ? this.track.readings(at, i, this.track.sense("touch")) : [];
     robot.touch.forEach((arc, k) => {
-      const force = this.track.touched(at, i, k);
-      arc.visible = force > 0;
-      arc.traverse((node) => node.material && (node.material.opacity = 0.35 + 0.65 * force));
+      arc.visible = touched[k] > 0;
+      arc.traverse((node) => node.material && (node.material.opacity = 0.35 + 0.65 * touched[k]));
     });
-    const { level } = this.track.signal(at, i);
-    robot.halo.visible = level > 0.01;
-    robot.halo.scale.setScalar(0.85 + 0.35 * level);
-    robot.halo.traverse((node) => node.material && (node.material.opacity = 0.15 + 0.6 * level));
+    for (const { sense, node } of robot.halos) {
+      const level = this.track.level(at, i, sense);
+      node.visible = level > 0.01;
+      node.scale.setScalar(0.85 + 0.35 * level);
+      node.traverse((part) => part.material && (part.material.opacity = 0.15 + 0.6 * level));
+    }
   }
 
   /** Return what the scene shows now, as `Track.poses` does. */

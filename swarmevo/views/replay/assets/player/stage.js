@@ -6,6 +6,7 @@ class Stage {
     this.root = element("section", "sw-stage", undefined, parent);
     this.inner = element("div", "sw-inner", undefined, this.root);
     const scene = element("div", "sw-scene", undefined, this.inner);
+    this.legend = element("ul", "sw-legend", undefined, this.inner);
     this.side = element("aside", "sw-side", undefined, this.inner);
     const title = element("header", "sw-title", undefined, this.side);
     this.title = element("h2", "", undefined, title);
@@ -13,18 +14,17 @@ class Stage {
     this.warning = element("p", "sw-warning", undefined, this.side);
     this.facts = element("dl", "sw-facts", undefined, this.side);
     this.plots = [new Plot(this.side, (t) => player.seek(t)), new Plot(this.side, (t) => player.seek(t))];
-    this.team = element("div", "sw-team", undefined, this.side);
+    this.team = new Team(this.side, (robot) => this._watch(robot));
     try {
       this.scene = new Scene(scene);
     } catch (error) {
       element("p", "sw-no-scene", `The scene needs WebGL, which this browser does not give: ${error.message}`, scene);
     }
-    this.legend = element("ul", "sw-legend", undefined, scene);
     this.home = element("button", "sw-camera", "whole arena", scene);
     this.home.type = "button";
     this.home.addEventListener("click", () => {
       this.scene.look();
-      this._mark(null);
+      this.team.mark(null);
     });
     if (this.scene) this.scene.onMove = (moved) => (this.home.hidden = !moved);
   }
@@ -37,7 +37,7 @@ class Stage {
     this.warning.hidden = !episode.warning;
     this._legend();
     this._facts();
-    this._team();
+    this.team.load(this.track);
     if (this.scene) this.scene.load(this.track, episode.scene || commands);
     this._plots();
   }
@@ -71,34 +71,6 @@ class Stage {
     }
   }
 
-  _team() {
-    this.team.replaceChildren();
-    this.rows = this.track.episode.colours.map((colour, i) => {
-      const row = element("button", "sw-robot", undefined, this.team);
-      row.type = "button";
-      row.title = `follow robot ${i + 1}`;
-      element("span", "sw-badge", `${i + 1}`, row).style.setProperty("--robot", colour);
-      const meter = element("span", "sw-meter", undefined, row);
-      const signal = element("i", "", undefined, meter);
-      const touch = element("span", "sw-touch", undefined, row);
-      const dots = Array.from({ length: this.track.episode.robot.touch }, () => element("i", "", undefined, touch));
-      const home = element("span", "sw-home", "", row);
-      row.addEventListener("click", () => {
-        if (!this.scene) return;
-        const again = this.scene.follow === i;
-        if (again) this.scene.look();
-        else this.scene.watch(i);
-        this._mark(again ? null : i);
-        this.show(this.now);
-      });
-      return { row, signal, dots, home };
-    });
-  }
-
-  _mark(robot) {
-    this.rows.forEach(({ row }, i) => row.setAttribute("aria-pressed", i === robot));
-  }
-
   _plots() {
     const { track } = this;
     const { episode } = track;
@@ -107,7 +79,8 @@ class Stage {
     const [terms, gap] = this.plots;
     const colours = [colour("signal"), colour("touch"), colour("target"), colour("ink-soft")];
     terms.root.hidden = episode.terms.length === 0;
-    const parts = episode.terms.map((name, k) => ({ name, colour: colours[k % colours.length], values: track.terms[k], unit: "", digits: 1 }));
+    const digits = track.terms.some((term) => term.some((value) => Math.abs(value) >= 2)) ? 1 : 2;
+    const parts = episode.terms.map((name, k) => ({ name, colour: colours[k % colours.length], values: track.terms[k], unit: "", digits }));
     terms.draw(`${episode.explained} now`, parts, episode.horizon, track.end, true);
     const distance = Float32Array.from(track.gap, (value) => 100 * value * episode.unit.gap);
     gap.root.hidden = !episode.distance;
@@ -120,13 +93,17 @@ class Stage {
     const at = this.track.at(t);
     for (const plot of this.plots) if (!plot.root.hidden) plot.show(Math.min(t, this.track.episode.horizon), at.step);
     if (!this.track.steps) return;
-    this.rows.forEach(({ signal, dots, home }, i) => {
-      signal.style.width = `${(100 * this.track.signal(at, i).level).toFixed(0)}%`;
-      dots.forEach((dot, k) => dot.classList.toggle("sw-on", this.track.touched(at, i, k) > 0));
-      const time = (this.track.episode.homing || [])[i];
-      const came = time !== null && time !== undefined && time <= t + 1e-6;
-      home.textContent = came ? `home at ${time.toFixed(1)} s` : "";
-    });
+    this.team.show(t);
+  }
+
+  /** Follow a robot, or, if it is followed, no longer. */
+  _watch(robot) {
+    if (!this.scene) return;
+    const again = this.scene.follow === robot;
+    if (again) this.scene.look();
+    else this.scene.watch(robot);
+    this.team.mark(again ? null : robot);
+    this.show(this.now);
   }
 
   theme() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An episode's numbers: decoded, joined as they come, and between control steps.
 
-const FORMAT = 2; // of an episode, data.py
+const FORMAT = 3; // of an episode, data.py
 
 /** Arrays of all control steps so far, and what is between two of them. */
 class Track {
@@ -12,15 +12,15 @@ class Track {
     this.steps = 0;
     const none = (type) => new type(0);
     this.pose = this.movables = this.gap = none(Int16Array);
-    this.command = none(Int8Array);
-    this.touch = this.rf = this.at_goal = none(Uint8Array);
+    this.command = this.observation = none(Int8Array);
+    this.message = this.at_goal = none(Uint8Array);
     this.terms = episode.terms.map(() => none(Float32Array));
     this.wheels = none(Float32Array); // angles
     for (const chunk of episode.chunks) this.append(chunk);
   }
 
   append(chunk) {
-    const types = { pose: Int16Array, movables: Int16Array, gap: Int16Array, command: Int8Array, touch: Uint8Array, rf: Uint8Array, at_goal: Uint8Array };
+    const types = { pose: Int16Array, movables: Int16Array, gap: Int16Array, command: Int8Array, observation: Int8Array, message: Uint8Array, at_goal: Uint8Array };
     for (const [name, type] of Object.entries(types)) {
       this[name] = joined(this[name], new type(bytes(chunk[name]).buffer));
     }
@@ -79,14 +79,24 @@ class Track {
     return from + at.part * (this.wheels[at.next * width + 2 * robot + side] - from);
   }
 
-  /** Return the signal's strength S, and its share of the way from silence to the strongest. */
-  signal(at, robot) {
-    const [least, most] = this.episode.signal;
-    const s = (this.rf[at.step * this.robots + robot] / 255) * most;
-    return { s, level: most > least ? clamp((s - least) / (most - least), 0, 1) : 0 };
+  /** Return what a robot's device reads, in [-1, 1], or the bits that it sends, 0 or 1. */
+  readings(at, robot, sense) {
+    if (sense.glyph === "bits") {
+      const from = sense.count * (at.step * this.robots + robot);
+      return this.message.subarray(from, from + sense.count).map((bit) => bit > 0);
+    }
+    const from = this.episode.observations * (at.step * this.robots + robot) + sense.first;
+    return Float32Array.from(this.observation.subarray(from, from + sense.count), (value) => value / 127);
   }
 
-  touched(at, robot, sensor) {
-    return this.touch[this.episode.robot.touch * (at.step * this.robots + robot) + sensor] / 255;
+  /** Return how strong a device's signal is, of a light the brightest sector's: its share of the way from silence to the strongest. */
+  level(at, robot, sense) {
+    const { least = 0, most = 1 } = sense;
+    const strongest = Math.max(...this.readings(at, robot, sense));
+    return most > least ? clamp((strongest - least) / (most - least), 0, 1) : 0;
+  }
+
+  sense(device) {
+    return this.episode.senses.find((sense) => sense.device === device);
   }
 }
