@@ -27,7 +27,6 @@ from swarmevo.plugins.registry import individual_space, option_errors, settled_o
 from swarmevo.protocols import (
     CENSUS_CHANNELS,
     Descriptor,
-    FeedForward,
     FloatArray,
     GenomeSpace,
     NativePolicies,
@@ -257,11 +256,6 @@ class Team:
     def policies(self, genome: FloatArray) -> NativePolicies | None:
         """Return an individual's policies, one, or one for each robot; None: its controller is written in Python."""
         return self._controller.policies(self.robot_genomes(genome[np.newaxis])) if self.is_native else None
-
-    def networks(self, genome: FloatArray) -> FeedForward | None:
-        """Return an individual's networks, one, or one for each robot; None: its controller is something else."""
-        made = self.policies(genome)
-        return made if isinstance(made, FeedForward) else None
 
     def _alone(self, done: Episodes, i: int, channels: Sequence[str]) -> Telemetry:
         """Return episode i to its end, with these channels alone: what a fitness does not name it does not get."""

@@ -6,17 +6,22 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyArrowPatch
 
 import small_runs
 from swarmevo.analysis import assessment, fronts
+from swarmevo.config import Config
 from swarmevo.errors import StoreError
-from swarmevo.protocols import Objective
+from swarmevo.plugins.team import Team
+from swarmevo.protocols import Compiled, NativePolicies, Objective, Recurrent
 from swarmevo.runs.store import Store
 from swarmevo.views import figures
-from swarmevo.views.figures import behaviour, style, writing
+from swarmevo.views.figures import behaviour, networks, style, writing
 from swarmevo.views.figures import objectives as objective_figures
 from swarmevo.views.replay import scene as replay_scene
 
@@ -104,6 +109,72 @@ def test_the_network_has_what_is_switched_on(run: Path) -> None:
     assert len(names) == 14 + hidden + 2
     assert {"infrared_0", "infrared_7", "touch_0", "rf", "bias", "left", "right"} < set(names)
     assert axes.get_title().startswith(f"{hidden} hidden neuron")
+
+
+def drawn(controller: str, **options: Any) -> tuple[Axes, NativePolicies]:
+    """Return the figure of a network whose weights are 1, -2, 3, ...; hidden neuron 0 is off."""
+    fitness = {"hidden_neurons": {}}
+    team = Team(Config.model_validate({"controller": {controller: options}, "fitness": fitness}))
+    genes = np.where(np.arange(team.space.size) % 2, -1.0, 1.0) * np.arange(1.0, team.space.size + 1)
+    switches = np.flatnonzero(team.space.is_switch)
+    genes[switches] = np.arange(len(switches)) > 0
+    policies, info = team.policies(genes), team.scene.info
+    assert policies is not None
+    (axes,) = networks._picture(networks._first(policies, info), (*info.observation_names, "bias"), info).axes
+    return axes, policies
+
+
+def lines(axes: Axes) -> int:
+    """Return how many weights are drawn as straight lines."""
+    return sum(len(line.get_xdata()) == 2 for line in axes.lines)
+
+
+def rings(axes: Axes) -> int:
+    return sum(line.get_markersize() == 14 for line in axes.lines)
+
+
+@pytest.mark.parametrize(
+    ("controller", "weights", "arrows", "own"),
+    [
+        ("linear", 2 * 14, 0, 0),
+        ("elman", 14 * 2 + 2 * 2 + 2, 2, 2),
+        ("jordan", 14 * 2 + 2 * 2 + 2, 4, 0),
+        ("ctrnn", 14 * 2 + 2 * 2 + 2, 2, 2),
+    ],
+)
+def test_each_network_has_its_links(controller: str, weights: int, arrows: int, own: int) -> None:
+    """Of three hidden neurons two are on; what they remember is an arrow, or a ring at its own neuron."""
+    axes, policies = drawn(controller, **({} if controller == "linear" else {"hidden": 3}))
+    assert (lines(axes), len(axes.patches), rings(axes)) == (weights, arrows, own)
+    names = [text.get_text() for text in axes.texts][14:-2]
+    if isinstance(policies, Recurrent) and policies.time_constants is not None:
+        assert names == [f"{i}: {policies.time_constants[0, i]:.2g} s" for i in (1, 2)]
+    else:
+        assert names == ([] if controller == "linear" else ["1", "2"])
+
+
+def test_a_recurrent_link_leads_from_who_is_remembered() -> None:
+    """The strongest of Elman's: its ends, and who is at them."""
+    axes, policies = drawn("elman", hidden=3)
+    assert isinstance(policies, Recurrent)
+    weights = policies.context_hidden[0][1:, 1:] * (1 - np.eye(2))
+    to, by = np.unravel_index(np.abs(weights).argmax(), (2, 2))
+    strongest = max(axes.patches, key=lambda patch: patch.get_linewidth())
+    heights = networks._column(2)
+    assert isinstance(strongest, FancyArrowPatch)
+    assert strongest._posA_posB == [(1, heights[by]), (1, heights[to])]
+
+
+@pytest.mark.parametrize("policies", [None, Compiled(1, np.zeros((1, 1)))], ids=["Python", "compiled"])
+def test_a_controller_that_is_no_network_has_no_figure(
+    policies: NativePolicies | None, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever writes all figures leaves it out; whoever asks for it is told what was wanted."""
+    monkeypatch.setattr(Team, "policies", lambda *_: policies)
+    with Store.open(run) as store:
+        assert not figures.has_network(store.config, np.zeros(1))
+    with pytest.raises(ValueError, match="expected a controller that makes networks for the library"):
+        figures.network(run)
 
 
 def test_two_positions_of_a_staircase() -> None:

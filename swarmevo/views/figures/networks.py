@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from matplotlib.patches import FancyArrowPatch
 
 from swarmevo.analysis import assessment
 from swarmevo.config import Config
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import FloatArray, SceneInfo
+from swarmevo.protocols import Compiled, FloatArray, Linear, NativePolicies, Recurrent, SceneInfo
 from swarmevo.views import text
 from swarmevo.views.figures import style
 from swarmevo.views.figures.source import Run, opened
@@ -20,15 +22,41 @@ from swarmevo.views.figures.style import Picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DEVICES: Final = {"infrared": style.BLUE, "touch": style.ORANGE, "rf": style.PURPLE}
+DEVICES: Final = {"infrared": style.BLUE, "touch": style.ORANGE, "rf": style.PURPLE, "light": style.YELLOW}
 """Colours of some devices' readings; of the others they are sky-blue."""
+_UNIT: Final = 1.68  # from a column to the next, inches
+_LETTER: Final = 0.04  # columns that a letter of a name takes
+_LINE: Final = 0.16  # inches that a node takes in its column
+
+
+@dataclass(frozen=True)
+class _Network:
+    """One robot's network, without what is switched off. A bias is the last of the inputs."""
+
+    hidden: Sequence[str]
+    """h names; none of a linear network"""
+    input_hidden: FloatArray
+    """``(h, inputs)``"""
+    hidden_output: FloatArray
+    """``(commands, h)``"""
+    input_output: FloatArray
+    """``(commands, inputs)``: of a linear network all, of the others the bias alone"""
+    remembered: FloatArray
+    """``(h, h + commands)``: what hidden neurons hear of themselves and of the commands a control step ago"""
+
+    @property
+    def largest(self) -> float:
+        """The largest weight."""
+        every = (self.input_hidden, self.hidden_output, self.input_output, self.remembered)
+        return max(1e-9, *(float(np.abs(weights).max(initial=0)) for weights in every))
 
 
 def network(run: Run, genome: int | None = None) -> Picture:
     """Return an individual's network: what is switched on, weights as lines. Of a team of networks, the first robot's.
 
     Args:
-        run: Whose controller is a :class:`~swarmevo.protocols.FeedForward` network.
+        run: Whose controller is a network that the library runs: :class:`~swarmevo.protocols.FeedForward`,
+            :class:`~swarmevo.protocols.Linear` or :class:`~swarmevo.protocols.Recurrent`.
         genome: Its id; None: the first of the front over all trials.
 
     Raises:
@@ -37,56 +65,86 @@ def network(run: Run, genome: int | None = None) -> Picture:
     with opened(run) as store:
         chosen = assessment.watched(store, genome)[0]
         team = Team(store.config)
-        nets, info = team.networks(store.genome(chosen)), team.scene.info
-    if nets is None:
-        raise ValueError("network: expected a controller that makes FeedForward networks; this run's does not")
-    hidden = np.flatnonzero(nets.hidden_switch[0])
-    into, out = nets.input_hidden[0, hidden], nets.hidden_output[0]
-    weights_out = out[:, [*hidden, *range(len(nets.hidden_switch[0]), out.shape[1])]]  # the bias comes last
-    with style.picture(5.2, 4.2) as picture:
-        axes = picture.add_subplot()
-        _draw_network(axes, into, weights_out, hidden.tolist(), info, nets.bias)
-        return picture
+        policies, info = team.policies(store.genome(chosen)), team.scene.info
+    if policies is None or isinstance(policies, Compiled):
+        raise ValueError("network: expected a controller that makes networks for the library; this run's does not")
+    return _picture(_first(policies, info), (*info.observation_names, *(["bias"] if policies.bias else [])), info)
 
 
 def has_network(settings: Config, genome: FloatArray) -> bool:
     """Whether :func:`network` can draw a genome."""
-    return Team(settings).networks(genome) is not None
+    policies = Team(settings).policies(genome)
+    return policies is not None and not isinstance(policies, Compiled)
 
 
-def _draw_network(
-    axes: Axes, into: FloatArray, out: FloatArray, hidden: Sequence[int], info: SceneInfo, bias: bool
-) -> None:
-    """Draw weights ``into`` ``(hidden, inputs)`` and ``out`` ``(commands, hidden + bias)``."""
-    names = (*info.observation_names, *(["bias"] if bias else []))
-    left, middle, right = (_column(n) for n in (len(names), len(hidden), info.commands))
-    largest = max(np.abs(into).max(initial=0), np.abs(out).max(initial=0), 1e-9)
-    for h, y in enumerate(middle):
-        for i, start in enumerate(left):
-            _weight(axes, (0, start), (1, y), into[h, i] / largest)
-    for o, y in enumerate(right):
-        for h, start in enumerate(middle):
-            _weight(axes, (1, start), (2, y), out[o, h] / largest)
-        if bias:
-            _weight(axes, (0, left[-1]), (2, y), out[o, -1] / largest)
-    for name, y in zip(names, left, strict=True):
-        _node(axes, (0, y), _colour(name), name, "right")
-    for number, y in zip(hidden, middle, strict=True):
-        _node(axes, (1, y), style.GREEN, f"{number}", "above")
-    for name, y in zip(info.command_names, right, strict=True):
-        _node(axes, (2, y), style.INK, name, "left")
+def _first(policies: NativePolicies, info: SceneInfo) -> _Network:
+    """Return the first of some networks."""
+    assert not isinstance(policies, Compiled)
+    inputs = info.observations + policies.bias
+    if isinstance(policies, Linear):
+        nothing = np.zeros((0, inputs)), np.zeros((info.commands, 0))
+        return _Network([], *nothing, policies.input_output[0], np.zeros((0, info.commands)))
+    on = np.flatnonzero(policies.hidden_switch[0])
+    names, remembered = [f"{number}" for number in on], np.zeros((len(on), len(on) + info.commands))
+    if isinstance(policies, Recurrent):
+        context = policies.context_hidden[0][on]
+        of_commands = policies.recurrence == "jordan"
+        remembered[:, slice(len(on), None) if of_commands else slice(len(on))] = (
+            context if of_commands else context[:, on]
+        )
+        if policies.time_constants is not None:
+            names = [f"{name}: {time:.2g} s" for name, time in zip(names, policies.time_constants[0][on], strict=True)]
+    out, direct = policies.hidden_output[0], np.zeros((info.commands, inputs))
+    if policies.bias:
+        direct[:, -1] = out[:, -1]  # the bias comes last
+    return _Network(names, policies.input_hidden[0][on], out[:, on], direct, remembered)
+
+
+# ---- drawn -----------------------------------------------------------------------------------------------------------
+
+
+def _picture(drawn: _Network, inputs: Sequence[str], info: SceneInfo) -> Picture:
+    outputs, hidden = info.command_names, drawn.hidden
+    margins = [0.1 + max(4, *map(len, names)) * _LETTER for names in (inputs, outputs)]
+    size = _UNIT * (2 + sum(margins)), max(4.2, _LINE * max(len(inputs), len(outputs)))
+    with style.picture(*size) as picture:
+        axes = picture.add_subplot()
+        left, middle, right = (
+            [(x, y) for y in _column(len(names))] for x, names in enumerate((inputs, hidden, outputs))
+        )
+        _weights(axes, left, middle, drawn.input_hidden / drawn.largest)
+        _weights(axes, middle, right, drawn.hidden_output / drawn.largest)
+        _weights(axes, left, right, drawn.input_output / drawn.largest)
+        _memory(axes, [*middle, *right], middle, drawn.remembered / drawn.largest)
+        for place, name in zip(left, inputs, strict=True):
+            _node(axes, place, _colour(name), name, "right")
+        for place, name in zip(middle, hidden, strict=True):
+            _node(axes, place, style.GREEN, name, "above")
+        for place, name in zip(right, outputs, strict=True):
+            _node(axes, place, style.INK, name, "left")
+        _legend(axes, has_memory=bool(drawn.remembered.any()))
+        on = f"{text.count(len(hidden), 'hidden neuron')} switched on" if hidden else "no hidden neurons"
+        axes.set_title(
+            f"{on}; the widest line is a weight of {drawn.largest:.2g}", fontweight="normal", fontsize=9, loc="center"
+        )
+        axes.set(xlim=(-margins[0], 2 + margins[1]), ylim=(-0.1, 1.05))
+        axes.axis("off")
+        return picture
+
+
+def _legend(axes: Axes, has_memory: bool) -> None:
     for name, colour in (("excites", style.BLUE), ("inhibits", style.VERMILLION)):
         axes.plot([], [], color=colour, linewidth=2, label=name)
-    axes.legend(loc="lower center", ncols=2, bbox_to_anchor=(0.5, -0.04))
-    on = f"{text.count(len(hidden), 'hidden neuron')} switched on"
-    axes.set_title(f"{on}; the widest line is a weight of {largest:.2g}", fontweight="normal", fontsize=9, loc="center")
-    axes.set(xlim=(-0.55, 2.55), ylim=(-0.1, 1.05))
-    axes.axis("off")
+    if has_memory:
+        axes.plot([], [], color=style.INK, linewidth=1, linestyle="--", label="recurrent (ring: on itself)")
+    axes.legend(loc="lower center", ncols=3, bbox_to_anchor=(0.5, -0.04))
 
 
 def _colour(name: str) -> str:
     """Return the colour of a network's input."""
-    return style.INK if name == "bias" else DEVICES.get(name.rpartition("_")[0] or name, style.SKY)
+    if name == "bias":
+        return style.INK
+    return next((colour for device, colour in DEVICES.items() if name.startswith(device)), style.SKY)
 
 
 def _column(n: int) -> FloatArray:
@@ -95,14 +153,48 @@ def _column(n: int) -> FloatArray:
     return 0.5 + span * (0.5 - (np.arange(n) + 0.5) / n) if n else np.empty(0)
 
 
-def _node(axes: Axes, at: tuple[float, float], colour: str, name: str, side: str) -> None:
+Place = tuple[float, float]
+
+
+def _node(axes: Axes, at: Place, colour: str, name: str, side: str) -> None:
     axes.plot(*at, "o", color=colour, markersize=8, markeredgecolor="white", markeredgewidth=0.8, zorder=3)
     offset, align = {"right": ((-8, 0), "right"), "left": ((8, 0), "left"), "above": ((0, 8), "center")}[side]
     vertical = "bottom" if side == "above" else "center"
     axes.annotate(name, at, offset, textcoords="offset points", ha=align, va=vertical, fontsize=8)
 
 
-def _weight(axes: Axes, start: tuple[float, float], end: tuple[float, float], weight: float) -> None:
-    """Draw a weight in [-1, 1] of the largest."""
-    colour, strength = (style.BLUE if weight > 0 else style.VERMILLION), abs(weight)
-    axes.plot(*zip(start, end, strict=True), color=colour, linewidth=0.3 + 2.7 * strength, alpha=0.25 + 0.7 * strength)
+def _weights(axes: Axes, starts: Sequence[Place], ends: Sequence[Place], weights: FloatArray) -> None:
+    """Draw weights ``(ends, starts)`` in [-1, 1] of the largest as lines; those of exactly 0 are none."""
+    for end, row in zip(ends, weights, strict=True):
+        for start, weight in zip(starts, row, strict=True):
+            if weight:
+                axes.plot(*zip(start, end, strict=True), **_look(weight))
+
+
+def _memory(axes: Axes, starts: Sequence[Place], ends: Sequence[Place], weights: FloatArray) -> None:
+    """Draw the same as dashed arrows that bend, and as a ring where a neuron hears itself."""
+    for end, row in zip(ends, weights, strict=True):
+        for start, weight in zip(starts, row, strict=True):
+            if not weight:
+                continue
+            look = _look(weight)
+            if start == end:
+                ring = {"markeredgecolor": look["color"], "markeredgewidth": look["linewidth"], "alpha": look["alpha"]}
+                axes.plot(*end, "o", markersize=14, markerfacecolor="none", **ring)
+                continue
+            bend = f"arc3,rad={0.35 if start[0] == end[0] else 0.2}"
+            arrow: dict[str, Any] = {
+                "arrowstyle": "-|>",
+                "mutation_scale": 8,
+                "shrinkA": 5,
+                "shrinkB": 5,
+                "linestyle": (0, (4, 2)),
+            }
+            axes.add_patch(FancyArrowPatch(start, end, connectionstyle=bend, **arrow, **look))
+
+
+def _look(weight: float) -> dict[str, Any]:
+    """Return colour, width and strength of the line of a weight in [-1, 1] of the largest."""
+    strength = abs(weight)
+    colour = style.BLUE if weight > 0 else style.VERMILLION
+    return {"color": colour, "linewidth": 0.3 + 2.7 * strength, "alpha": 0.25 + 0.7 * strength}

@@ -16,6 +16,7 @@ from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.errors import EvaluationError
 from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
+from swarmevo.simulation import layout
 from swarmevo.views import figures, html, text
 from swarmevo.views.report import tables
 from swarmevo.views.report.run import Run
@@ -135,7 +136,8 @@ def _evolution(store: Store) -> Iterator[Figure]:
 def _drawn(run: Run) -> list[str]:
     """Return what the marks of a scene in a figure of paths are."""
     scene, goals = run.scene, run.scene.goals or ()
-    marks = ["star and dotted circle: the emitter and its range"] if scene.emitters else []
+    source = "emitter" if layout.radio_emitters(scene) else "light"
+    marks = [f"star and dotted circle: the {source} and its range"] if scene.emitters else []
     if any(goal.wall for goal in goals):
         marks.append("green: the target wall")
     if any(goal.region for goal in goals):
@@ -157,11 +159,9 @@ def _behaviour(store: Store, run: Run) -> tuple[list[Figure], str]:
         f"Paths of individual {best} in a fresh test (the paper's Fig. 5). "
         f"{'; '.join(['Circles: the start', 'discs: the end', *_drawn(run)])}.",
     )
-    occupancy = _figure(
-        figures.occupancy(seen),
-        "Where its robots spend their time. "
-        f"Outlines: {'the box' if text.has_one_box(run.scene) else 'what they pushed'} at the end of each test.",
-    )
+    pushed = "the box" if text.has_one_box(run.scene) else "what they push"
+    outlines = f" Outlines: {pushed} at the end of each test." if run.scene.movables else ""
+    occupancy = _figure(figures.occupancy(seen), f"Where its robots spend their time.{outlines}")
     return [paths, occupancy], ""
 
 

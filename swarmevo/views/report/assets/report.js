@@ -97,8 +97,10 @@
       };
       this.low = [0, 1].map((axis) => span(this.places.map((place) => place[axis]))[0]);
       this.high = [0, 1].map((axis) => span(this.places.map((place) => place[axis]))[1]);
+      this.levels = ticks(this.low[1], this.high[1], this.height / 60);
+      this.left = Math.max(MARGIN.left, 28 + 7 * Math.max(...this.levels.map((value) => short(value).length)));
       const part = (axis, value) => (value - this.low[axis]) / (this.high[axis] - this.low[axis]);
-      this.x = (value) => MARGIN.left + part(0, value) * (this.width - MARGIN.left - MARGIN.right);
+      this.x = (value) => this.left + part(0, value) * (this.width - this.left - MARGIN.right);
       this.y = (value) => this.height - MARGIN.bottom - part(1, value) * (this.height - MARGIN.top - MARGIN.bottom);
     }
 
@@ -110,12 +112,12 @@
         svg("line", { class: "grid", x1: this.x(value), x2: this.x(value), y1: MARGIN.top, y2: bottom }, this.root);
         svg("text", { x: this.x(value), y: bottom + 17, "text-anchor": "middle" }, this.root, short(value));
       }
-      for (const value of ticks(this.low[1], this.high[1], this.height / 60)) {
-        svg("line", { class: "grid", x1: MARGIN.left, x2: right, y1: this.y(value), y2: this.y(value) }, this.root);
-        svg("text", { x: MARGIN.left - 8, y: this.y(value) + 4, "text-anchor": "end" }, this.root, short(value));
+      for (const value of this.levels) {
+        svg("line", { class: "grid", x1: this.left, x2: right, y1: this.y(value), y2: this.y(value) }, this.root);
+        svg("text", { x: this.left - 8, y: this.y(value) + 4, "text-anchor": "end" }, this.root, short(value));
       }
       const middle = (MARGIN.top + bottom) / 2;
-      svg("text", { class: "title", x: (MARGIN.left + right) / 2, y: this.height - 8, "text-anchor": "middle" }, this.root, this.titles[0]);
+      svg("text", { class: "title", x: (this.left + right) / 2, y: this.height - 8, "text-anchor": "middle" }, this.root, this.titles[0]);
       svg("text", { class: "title", x: 0, y: 0, "text-anchor": "middle", transform: `translate(11 ${middle}) rotate(-90)` }, this.root, this.titles[1]);
     }
 
