@@ -215,11 +215,13 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
     Args:
         store: Of the run.
         genome: Its id.
-        target: A function for an E-puck's firmware, or a whole Webots controller.
+        target: A function for an E-puck's firmware, which is given observations where the robot has other sensors than
+            the paper's, or a whole Webots controller.
         robot: Whose, where each robot has a genome of its own.
 
     Raises:
-        ExportError: The controller is no network of the library, or there is no such robot.
+        ExportError: The controller is no network of the library, there is no such robot, or the program for Webots
+            cannot read one of its sensors.
         PluginError: The controller plugin cannot be made.
         StoreError: There is no such genome.
     """
@@ -235,23 +237,21 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
         raise ExportError(f"robot: expected {most}, got {robot}")
     if not config.robot.sensors:
         raise ExportError("robot.sensors: expected one at least to write as C, got none; write the controller as JSON")
-    if unread := [device for device in config.robot.sensors if device not in _OBSERVE]:
+    others = [device for device in config.robot.sensors if device not in _OBSERVE]
+    if others and target == "webots":
         raise ExportError(
-            f"robot.sensors: expected none but {', '.join(_OBSERVE)} to write as C, got {unread[0]}; "
-            "write the controller as JSON"
+            f"robot.sensors: expected none but {', '.join(_OBSERVE)} for Webots, got {others[0]}; write the controller "
+            "as JSON, or with --as epuck as C that is given observations"
         )
     network = found[robot]
     own = f", robot {robot}" if len(found) > 1 else ""
     title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
     values = {**_values(config), "title": title, "description": network.description}
-    return "".join(
-        [
-            template("head").substitute(values),
-            as_c(network),
-            template("observe").substitute(values),
-            template(target).template,
-        ]
-    )
+    parts = ["observed"] if others else ["observe", target]
+    if target == "epuck":
+        parts.insert(-1, "motors")
+    written = [template(part).substitute(values) for part in parts]
+    return "".join([template("head").substitute(values), as_c(network), *written])
 
 
 def _scales(config: Config) -> dict[str, float]:
@@ -266,6 +266,10 @@ def _scales(config: Config) -> dict[str, float]:
     }
 
 
+def _places(names: Sequence[str]) -> str:
+    return "".join(f"    SWARMEVO_{name.upper()} = {place},\n" for place, name in enumerate(names))
+
+
 _OBSERVE: Final = {
     "infrared": "    for (i = 0; i < SWARMEVO_INFRARED; ++i)\n"
     "        *next++ = limited(infrared[i] / SWARMEVO_INFRARED_LARGEST, 0.0, 1.0);\n",
@@ -273,7 +277,7 @@ _OBSERVE: Final = {
     "rf": "    *next++ =\n"
     "        limited(signal_strength, SWARMEVO_SIGNAL_LEAST, SWARMEVO_SIGNAL_MOST) / SWARMEVO_SIGNAL_MOST;\n",
 }
-"""For each device that an exported program can read: how its readings are scaled."""
+"""For each device that an exported program can read itself: how its readings are scaled."""
 
 
 def _values(config: Config) -> Mapping[str, str]:
@@ -287,7 +291,11 @@ def _values(config: Config) -> Mapping[str, str]:
         "infrared": str(info.infrared),
         "touch": str(info.touch),
         "names": ", ".join(info.observation_names) or "none",
-        "observe": "".join(_OBSERVE[device] for device in config.robot.sensors),
+        "first": info.observation_names[0].upper(),
+        "messages": ", then the bits of the message: set where above 0" * (info.message > 0),
+        "observe": "".join(_OBSERVE.get(device, "") for device in config.robot.sensors),
+        "observation_places": _places(info.observation_names),
+        "command_places": _places(info.command_names),
         "control_period_ms": str(round(1000 * config.episode.control_period)),
     }
 

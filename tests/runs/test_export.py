@@ -119,11 +119,11 @@ def test_every_column_is_documented(folder: Path) -> None:
 # ---- controllers -----------------------------------------------------------------------------------------------------
 
 
-def native(policies: NativePolicies, observations: FloatArray) -> FloatArray:
+def native(policies: NativePolicies, observations: FloatArray, scene: SceneInfo = SCENE) -> FloatArray:
     """Return what the library's first network commands in an episode of these observations."""
     ffi, _ = load()
-    made, keep_alive = native_policies(policies, SCENE)
-    memory, commands = np.zeros(made[0].memory), np.empty((len(observations), 2))
+    made, keep_alive = native_policies(policies, scene)
+    memory, commands = np.zeros(made[0].memory), np.empty((len(observations), scene.commands))
     for observation, command in zip(observations, commands, strict=True):
         made[0].function(
             made[0].parameters,
@@ -316,6 +316,49 @@ def test_a_network_as_json_has_no_unit_that_is_off(tmp_path: Path, options: dict
     assert len(network.get("rates", [])) == (on if "ctrnn" in options else 0)
     if "elman" in options or "ctrnn" in options:
         assert [len(row) for row in network["context_hidden"]] == [on] * on
+
+
+OBSERVED_MAIN = r"""
+#include <stdio.h>
+int main(void) {
+    double x[SWARMEVO_OBSERVATIONS], command[SWARMEVO_COMMANDS];
+    int n = 0, left, right;
+    while (scanf("%lf", &x[n]) == 1) {
+        if (++n < SWARMEVO_OBSERVATIONS) continue;
+        n = 0;
+        swarmevo_step(x, command, &left, &right);
+        printf("%a %a %a %a %a\n", command[SWARMEVO_LEFT], command[SWARMEVO_RIGHT], command[SWARMEVO_MESSAGE_0],
+               (double)left, (double)right);
+    }
+    return SWARMEVO_RANGE_AND_BEARING_0_MESSAGE_0 != 9 || SWARMEVO_GROUND_1 != 11;
+}
+"""
+OTHER_SENSES = {
+    "robot": {"sensors": ["infrared", "range_and_bearing", "ground", "odometry"]},
+    "sensors": {
+        "range_and_bearing_sectors": 1,
+        "range_and_bearing_message": 1,
+        "ground_position": [[0.03, 0.01], [0.03, -0.01]],
+    },
+}
+
+
+@pytest.mark.parametrize("options", [{"linear": {}}, {"ctrnn": {"hidden": 5}}], ids=str)
+def test_other_sensors_are_read_by_who_calls_it(tmp_path: Path, options: dict[str, Any]) -> None:
+    """Then the program is given observations, at places that have names, and tells the message too."""
+    folder = network_run(tmp_path / "run", options, **OTHER_SENSES)
+    with Store.open(folder) as store:
+        source = export.source(store, 1, "epuck")
+        with pytest.raises(ExportError, match="infrared, touch, rf for Webots, got range_and_bearing; write"):
+            export.source(store, 1, "webots")
+    assert "then the bits of the message" in source
+    x = np.random.default_rng(2).uniform(-1, 1, (100, 14))
+    found = outputs(compiled(source + OBSERVED_MAIN, tmp_path / "c"), x)
+    policies, settings = policies_of(folder, 1)
+    commands = native(policies, x, configuration.scene_info(settings))
+    np.testing.assert_array_equal(np.clip(found[:, :3], -1, 1), np.clip(commands, -1, 1))
+    steps = np.clip(commands[:, :2], -1, 1) * settings.robot.top_speed * 1000 / (2 * math.pi)
+    np.testing.assert_allclose(found[:, 3:], steps, rtol=0, atol=1.0)
 
 
 # A Webots that reads readings from stdin and writes the motors' speeds to stdout.

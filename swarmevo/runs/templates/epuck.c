@@ -10,16 +10,8 @@
  *   signal_strength  of the emitter: 1/r^2 [1/m^2], 0 if nothing is heard
  *   left, right      [steps/s], 1000 steps a turn, at most 1000 either way
  */
-#define SWARMEVO_STEPS_PER_RADIAN 159.15494309189535
-#define SWARMEVO_MOST_STEPS 1000.0
-
 void swarmevo_step(const int proximity[SWARMEVO_INFRARED], const double touch[SWARMEVO_TOUCH], double signal_strength,
                    int *left, int *right);
-
-static int steps_per_second(double command) {
-    const double steps = command * SWARMEVO_TOP_SPEED * SWARMEVO_STEPS_PER_RADIAN;
-    return (int)floor(limited(steps, -SWARMEVO_MOST_STEPS, SWARMEVO_MOST_STEPS) + 0.5);
-}
 
 void swarmevo_step(const int proximity[SWARMEVO_INFRARED], const double touch[SWARMEVO_TOUCH], double signal_strength,
                    int *left, int *right) {
