@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from swarmevo.views import console
-from swarmevo.views.console import bars
+from swarmevo.views.console import bars, output
 
 Counter = Callable[[], AbstractContextManager[bars.Observe]]
 
@@ -54,3 +54,31 @@ def test_frames_elsewhere_are_told_now_and_then(capsys: pytest.CaptureFixture[st
         for done in range(1, 21):
             observe(done)
     assert capsys.readouterr().err.splitlines() == [f"frame {done} of 20" for done in (5, 10, 15, 20)]
+
+
+def on_a_terminal(width: int) -> str:
+    """Return a table of two rows as a terminal of some width shows it; the third column belongs to the second."""
+    table = output.table("hidden_neurons\n(minimise)", "homing rate", "", "trial", right=True)
+    table.add_row("5", "100% (34-100)", "(paper)", "0")
+    table.add_row("12", "50%", "", "1")
+    written = io.StringIO()
+    output._Plain(file=written, width=width, markup=False).print(table)
+    return written.getvalue()
+
+
+def test_a_table_has_columns_where_there_is_room() -> None:
+    head, names, *rows = on_a_terminal(60).splitlines()
+    assert head.split() == ["hidden_neurons"]
+    assert names.split() == ["(minimise)", "homing", "rate", "trial"]
+    assert [row.split() for row in rows] == [["5", "100%", "(34-100)", "(paper)", "0"], ["12", "50%", "1"]]
+
+
+def test_a_table_without_room_is_a_list() -> None:
+    """Names and values stay together, and no word is broken."""
+    assert on_a_terminal(36).splitlines() == [
+        "hidden_neurons (minimise) 5,",
+        "  homing rate 100% (34-100) (paper),",
+        "  trial 0",
+        "hidden_neurons (minimise) 12,",
+        "  homing rate 50%, trial 1",
+    ]

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import sys
+import textwrap
+from collections.abc import Sequence
 from typing import Any, Final
 
 from rich.console import Console
@@ -14,14 +16,45 @@ from swarmevo.printable import printable
 
 _PIPE_WIDTH: Final = 1000
 """[characters]: in a pipe no row is wrapped or cut."""
+_KEPT: Final = "\N{NO-BREAK SPACE}"
 
 
 class _Plain(Console):
-    """A console that shows the control characters in text, such as a plugin's name, and never sends them."""
+    """A console that shows the control characters in text, such as a plugin's name, and never sends them.
+
+    A table that is wider than the terminal is printed as lists, row by row: its columns would be broken within words.
+    """
+
+    def print(self, *objects: Any, **how: Any) -> None:
+        """Print as Rich does."""
+        super().print(*map(self._fitted, objects), **how)
+
+    def _fitted(self, one: Any) -> Any:
+        if not isinstance(one, Table) or self._width_of(one) <= self.width:
+            return one
+        heads = [printable(str(column.header), keep="\n").replace("\n", " ") for column in one.columns]
+        rows = zip(*(column.cells for column in one.columns), strict=True)
+        return "\n".join(_listed(heads, [printable(str(cell)) for cell in row], self.width) for row in rows)
+
+    def _width_of(self, table: Table) -> int:
+        return self.measure(table, options=self.options.update(width=_PIPE_WIDTH)).maximum
 
     def render_str(self, text: str, **how: Any) -> Text:
         """Return text as it is printed, alone or in a table."""
         return super().render_str(printable(text, keep="\n\t"), **how)
+
+
+def _listed(heads: Sequence[str], cells: Sequence[str], width: int) -> str:
+    """Return a row as names and values, which stay together; a cell without a name belongs to the one before."""
+    pairs: list[str] = []
+    for head, cell in zip(heads, cells, strict=True):
+        if head or not pairs:
+            pairs.append(f"{head} {cell}".strip())
+        elif cell:
+            pairs[-1] += f" {cell}"
+    kept = ", ".join(pair.replace(" ", _KEPT) for pair in pairs)
+    lines = textwrap.wrap(kept, width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return "\n".join(lines).replace(_KEPT, " ")
 
 
 def stdout() -> Console:
