@@ -16,9 +16,11 @@ from pathlib import Path
 from benchmarks import (
     validation_calibration,
     validation_convergence,
+    validation_devices,
     validation_distribution,
     validation_invariants,
     validation_meetings,
+    validation_objects,
     validation_outside,
     validation_ramming,
     validation_sensors,
@@ -32,11 +34,13 @@ SECTIONS: dict[str, Callable[[Settings], Section]] = {
     "calibration": validation_calibration.section,
     "convergence": validation_convergence.section,
     "meetings": validation_meetings.section,
+    "objects": validation_objects.section,
     "outside": validation_outside.section,
     "distribution": validation_distribution.section,
     "invariants": validation_invariants.section,
     "ramming": validation_ramming.section,
     "sensors": validation_sensors.section,
+    "devices": validation_devices.section,
 }
 """Parts of the page, in its order."""
 
@@ -49,10 +53,11 @@ What the physics and the sensors are worth, in numbers. Every figure on this pag
 `make validation`; a shortened version of every check runs in the tests (`tests/repository/test_validation.py`, and
 natively `native/tests/sensors` and `native/tests/world`).
 
-The physics is held against an independent reference, `native/reference/planar.cpp`: robots, box and walls in the plane,
-springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither code nor method with the library,
-and is held in turn against the figures of a simulator from outside this project. Whole episodes on it, with sensors and
-noise of their own, tell [what the shipped controller does in a second simulator](results/second-simulator.md).
+The physics is held against an independent reference, `native/reference/planar.cpp`: robots, what they push and what
+they run into, in the plane, with springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither
+code nor method with the library, and is held in turn against the figures of a simulator from outside this project.
+Whole episodes on it, with sensors and noise of their own, tell
+[what the shipped controller does in a second simulator](results/second-simulator.md).
 
 Within the library there are two models of the robot. `physics.drive: driven_contacts`, the default, is one rigid body
 whose wheels are contacts with a moving surface. `physics.drive: articulated` is a chassis and two wheel bodies on
