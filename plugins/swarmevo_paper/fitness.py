@@ -26,7 +26,7 @@ class BoxPushing:
         scene: That of the episodes; None: the paper's.
 
     Raises:
-        ValueError: An option is out of its range.
+        ValueError: An option is out of its range, or the scene has no emitter to home in on, without which F1 is 0.
     """
 
     channels = ("infrared", "touch", "rf", "command")
@@ -34,6 +34,8 @@ class BoxPushing:
     def __init__(
         self, sum_covers: SumCovers = "both", strength: float | None = None, scene: SceneInfo | None = None
     ) -> None:
+        if scene is not None and all(one["channel"] == "light" for one in scene.world["scene"]["emitters"]):
+            raise ValueError("scene.emitters: expected one to home in on, got none but lights; choose another fitness")
         if strength is None:
             emitters = scene.world["scene"]["emitters"] if scene else ()
             strength = max((emitter["strength"][1] for emitter in emitters), default=PAPERS_STRENGTH)

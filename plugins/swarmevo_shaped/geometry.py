@@ -9,13 +9,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, FloatArray, IntArray, Telemetry
+from swarmevo.protocols import BoolArray, FloatArray, IntArray, Telemetry, World
 
 WALLS: Final = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
 """For each wall the unit vector towards it."""
 
 
-def world_of(telemetry: Telemetry) -> Mapping[str, Mapping[str, Any]]:
+def world_of(telemetry: Telemetry) -> World:
     """Return the world of the episodes.
 
     Raises:
@@ -26,7 +26,10 @@ def world_of(telemetry: Telemetry) -> Mapping[str, Mapping[str, Any]]:
     return telemetry.world
 
 
-def box_and_wall(world: Mapping[str, Mapping[str, Any]]) -> tuple[float, float, str]:
+# ---- what a world must have ------------------------------------------------------------------------------------------
+
+
+def box_and_wall(world: World) -> tuple[float, float, str]:
     """Return length and width of the only box [m], and the wall that it is to be pushed to.
 
     Raises:
@@ -42,6 +45,46 @@ def box_and_wall(world: Mapping[str, Mapping[str, Any]]) -> tuple[float, float, 
         )
     length, width, _ = movables[0]["size"]
     return length, width, goals[0]["wall"]
+
+
+def check_delivery(world: World) -> None:
+    """Refuse a world without movables or without goals, where nothing can be brought to one.
+
+    Raises:
+        ValueError: It is such a world.
+    """
+    for key in ("movables", "goals"):
+        if not world["scene"][key]:
+            raise ValueError(f"expected a scene with {key}, got none; see scene.{key}")
+
+
+def check_homing(world: World) -> None:
+    """Refuse a world without emitters but lights, where no robot comes within an emitter's range.
+
+    Raises:
+        ValueError: It is such a world.
+    """
+    if all(emitter["channel"] == "light" for emitter in world["scene"]["emitters"]):
+        found = "lights alone" if world["scene"]["emitters"] else "none"
+        raise ValueError(f"scene.emitters: expected one to home in on, got {found}; nearness is for lights too")
+
+
+def still_emitter(world: World) -> tuple[float, float]:
+    """Return the place of the only emitter [m]; a light counts where there is no other.
+
+    Raises:
+        ValueError: The scene has not one emitter that stands still.
+    """
+    every = world["scene"]["emitters"]
+    emitters = [emitter for emitter in every if emitter["channel"] != "light"] or every
+    if len(emitters) != 1 or emitters[0]["rides_on"] is not None:
+        found = "one that rides on a movable" if len(emitters) == 1 else str(len(emitters))
+        raise ValueError(f"scene.emitters: expected one that stands still, got {found}; homing is for any emitters")
+    x, y, _ = emitters[0]["position"]
+    return x, y
+
+
+# ---- what poses say --------------------------------------------------------------------------------------------------
 
 
 def _sides(arena: Mapping[str, Any]) -> tuple[float, float]:
@@ -115,7 +158,7 @@ def nearness(telemetry: Telemetry) -> FloatArray:
     """Return ``(episodes, steps)``: 1 at the emitter, 0 at the arena's farthest corner from it; mean over robots.
 
     Raises:
-        ValueError: As :func:`from_emitter`.
+        ValueError: As :func:`still_emitter`.
     """
     distance, (x, y) = from_emitter(telemetry)
     near: FloatArray = np.clip(1 - distance / _farthest(world_of(telemetry)["arena"], x, y), 0, 1).mean(axis=-1)
@@ -125,17 +168,10 @@ def nearness(telemetry: Telemetry) -> FloatArray:
 def from_emitter(telemetry: Telemetry) -> tuple[FloatArray, tuple[float, float]]:
     """Return ``(episodes, steps, robots)``: how far each is from the emitter [m]; and where that stands.
 
-    A light counts where there is no other emitter.
-
     Raises:
-        ValueError: The scene has not one emitter that stands still.
+        ValueError: As :func:`still_emitter`.
     """
-    every = world_of(telemetry)["scene"]["emitters"]
-    emitters = [emitter for emitter in every if emitter["channel"] != "light"] or every
-    if len(emitters) != 1 or emitters[0]["rides_on"] is not None:
-        found = "one that rides on a movable" if len(emitters) == 1 else str(len(emitters))
-        raise ValueError(f"scene.emitters: expected one that stands still, got {found}; homing is for any emitters")
-    x, y, _ = emitters[0]["position"]
+    x, y = still_emitter(world_of(telemetry))
     return np.hypot(telemetry.pose[..., 0] - x, telemetry.pose[..., 1] - y), (x, y)
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import ClassVar, Final, Literal, get_args
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, Controller, FloatArray, Objective, Telemetry
+from swarmevo.protocols import BoolArray, Controller, FloatArray, Objective, SceneInfo, Telemetry, World
 from swarmevo_shaped import geometry
 from swarmevo_shaped.geometry import free_way, has_pushed, steps_before_push, steps_of
 
@@ -24,13 +25,35 @@ LAST: Final = 1.0
 
 
 class Shaped(ABC):
-    """A fitness with one objective from 0 to 1; more is better."""
+    """A fitness with one objective from 0 to 1; more is better.
+
+    Args:
+        scene: That of the episodes, which is checked at once; None: it is checked when an episode is evaluated.
+
+    Raises:
+        ValueError: There is nothing in the scene that it could measure.
+    """
 
     name: ClassVar[str]
     """Of the objective, and of the plugin."""
     channels: tuple[str, ...] = ()
     success: float | None = None
     """From which value on an episode is a success; None: the objective says nothing of success."""
+    needs: ClassVar[tuple[Callable[[World], object], ...]] = ()
+    """Each raises a ValueError for a world in which there is nothing to measure."""
+
+    def __init__(self, scene: SceneInfo | None = None) -> None:
+        if scene is not None:
+            self.check(scene.world)
+
+    def check(self, world: World) -> None:
+        """Refuse a world in which there is nothing to measure.
+
+        Raises:
+            ValueError: It is such a world.
+        """
+        for need in self.needs:
+            need(world)
 
     @property
     def objectives(self) -> tuple[Objective]:
@@ -69,15 +92,20 @@ class Togetherness(Explained):
         needed: Robots that it takes to push the box; more count no more.
         power: Of the share of those robots that are there: above 1 each that joins counts for more than the one before.
         facing: Largest angle between a robot's heading and the direction of the push [deg]; 180: however it stands.
+        scene: See :class:`Shaped`.
 
     Raises:
-        ValueError: An option is out of its range.
+        ValueError: An option is out of its range, or the scene has not one box and one wall to push it to.
     """
 
     name = "togetherness"
     channels = ("pose", "box")
+    needs = (geometry.box_and_wall,)
 
-    def __init__(self, needed: int = 3, power: float = 2.0, facing: float = 60.0) -> None:
+    def __init__(
+        self, needed: int = 3, power: float = 2.0, facing: float = 60.0, scene: SceneInfo | None = None
+    ) -> None:
+        super().__init__(scene)
         if type(needed) is not int or not 1 <= needed <= 64:
             raise ValueError(f"needed: expected a whole number from 1 to 64, got {needed!r}")
         if not isinstance(power, (int, float)) or not 0 < power <= 10:
@@ -102,15 +130,18 @@ class Progress(Explained):
 
     Args:
         measured: The ``most`` in the episode, or at its ``end``.
+        scene: See :class:`Shaped`.
 
     Raises:
-        ValueError: The option is none of its choices.
+        ValueError: The option is none of its choices, or the scene has not one box and one wall to push it to.
     """
 
     name = "progress"
     channels = ("box",)
+    needs = (geometry.box_and_wall,)
 
-    def __init__(self, measured: Moment = "most") -> None:
+    def __init__(self, measured: Moment = "most", scene: SceneInfo | None = None) -> None:
+        super().__init__(scene)
         if measured not in get_args(Moment):
             raise ValueError(f"measured: expected one of {', '.join(get_args(Moment))}, got {measured!r}")
         self._measured: Moment = measured
@@ -134,6 +165,7 @@ class Displacement(Explained):
 
     name = "displacement"
     channels = ("box",)
+    needs = (geometry.box_and_wall,)
 
     def course(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes, steps)``."""
@@ -149,6 +181,7 @@ class Success(Shaped):
     """Whether the box touched the target wall."""
 
     name = "success"
+    needs = (geometry.check_delivery,)
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: 0 or 1."""
@@ -159,6 +192,7 @@ class Speed(Shaped):
     """How early the box touched the target wall: the share of the horizon that was left then; never: 0."""
 
     name = "speed"
+    needs = (geometry.check_delivery,)
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``."""
@@ -169,6 +203,7 @@ class Homing(Shaped):
     """The share of robots that came within the emitter's range."""
 
     name = "homing"
+    needs = (geometry.check_homing,)
 
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``."""
@@ -189,6 +224,7 @@ class Nearness(Explained):
 
     name = "nearness"
     channels = ("pose",)
+    needs = (geometry.still_emitter,)
 
     def course(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes, steps)``: mean over the robots."""

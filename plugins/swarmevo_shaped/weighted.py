@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from swarmevo.protocols import Controller, FloatArray, Objective, Telemetry
+from swarmevo.protocols import Controller, FloatArray, Objective, SceneInfo, Telemetry
 from swarmevo_shaped.objectives import (
     Displacement,
     Explained,
@@ -37,9 +37,11 @@ class WeightedMean:
         needed: Option of ``togetherness``.
         power: Option of ``togetherness``.
         facing: Option of ``togetherness``.
+        scene: See :class:`Shaped`.
 
     Raises:
-        ValueError: An option is out of its range, or all weights are 0.
+        ValueError: An option is out of its range, all weights are 0, or there is nothing in the scene that an objective
+            with a weight could measure.
     """
 
     def __init__(
@@ -54,6 +56,7 @@ class WeightedMean:
         needed: int = 3,
         power: float = 2.0,
         facing: float = 60.0,
+        scene: SceneInfo | None = None,
     ) -> None:
         weighted: list[tuple[float, Shaped]] = [
             (togetherness, Togetherness(needed, power, facing)),
@@ -71,9 +74,18 @@ class WeightedMean:
         if total == 0:
             raise ValueError("togetherness: expected a weight that is not 0, of this objective or another")
         self._parts = [(weight / total, one) for weight, one in weighted if weight]
+        if scene is not None:
+            self._check(scene)
         self.channels = tuple(sorted({channel for _, one in self._parts for channel in one.channels}))
         low, high = (sum(limit(share, 0.0) for share, _ in self._parts) for limit in (min, max))
         self.objectives = (Objective("shaped", "maximise", (low, high)),)
+
+    def _check(self, scene: SceneInfo) -> None:
+        for _, one in self._parts:
+            try:
+                one.check(scene.world)
+            except ValueError as error:
+                raise ValueError(f"{one.name}: {error}") from error
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
         """Return ``(episodes, 1)``.

@@ -5,26 +5,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, FloatArray, SceneInfo, Telemetry
-from swarmevo_shaped.geometry import has_pushed, steps_before_push, steps_of, world_of
+from swarmevo.protocols import BoolArray, FloatArray, Telemetry
+from swarmevo_shaped.geometry import check_delivery, has_pushed, steps_before_push, steps_of, world_of
 from swarmevo_shaped.objectives import Explained
 from swarmevo_tasks import geometry
 
 
 class Delivered(Explained):
-    """The share of the movables that have been at a goal.
-
-    Raises:
-        ValueError: The scene has no movables, or no goals.
-    """
+    """The share of the movables that have been at a goal."""
 
     name = "delivered"
     channels: tuple[str, ...] = ("at_goal",)
-
-    def __init__(self, scene: SceneInfo) -> None:
-        for key in ("movables", "goals"):
-            if not scene.world["scene"][key]:
-                raise ValueError(f"expected a scene with {key}, got none; see scene.{key}")
+    needs = (check_delivery,)
 
     def course(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes, steps)``: the share so far."""

@@ -111,12 +111,17 @@ def test_the_range_of_f1_is_made_of_the_strength_in_its_scene():
     assert BoxPushing(scene=scene).objectives[0].range == (0.0, 600.0)
     several = ["scene.emitters=[{strength: [1, 20]}, {strength: [2, 70], channel: beacon}]"]
     assert BoxPushing(scene=config.scene_info(config.load("paper", several))).objectives[0].range == (0.0, 140.0)
-    nobody = config.scene_info(config.load("paper", ["scene.emitters=[]"]))
-    assert BoxPushing(scene=nobody).objectives[0].range == (0.0, 100.0)
     assert BoxPushing(strength=10, scene=scene).objectives[0].range == (0.0, 20.0)
     assert BoxPushing(scene=config.scene_info(config.load("paper", []))).objectives == BoxPushing().objectives
     assert HiddenNeurons(20).objectives == (Objective("hidden_neurons", "minimise", (0.0, 20.0)),)
     assert not HiddenNeurons().channels
+
+
+@pytest.mark.parametrize("emitters", ["[]", "[{channel: light}]"])
+def test_a_scene_without_a_signal_is_refused(emitters: str) -> None:
+    nobody = config.scene_info(config.load("paper", [f"scene.emitters={emitters}"]))
+    with pytest.raises(ValueError, match=r"scene\.emitters: expected one to home in on, got none but lights"):
+        BoxPushing(scene=nobody)
 
 
 def test_only_hidden_neurons_are_a_matter_of_the_genome():

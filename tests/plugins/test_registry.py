@@ -174,7 +174,7 @@ def test_a_fitness_that_takes_the_scene_gets_it(distribution: Install, parameter
     made = plugins.create("fitness", "scenic", {"size": 2.0}, scene=scene)
     assert (made.scene, made.size) == (scene, 2.0)
     assert plugins.takes("fitness", "scenic", "scene")
-    assert not plugins.takes("fitness", "success", "scene")
+    assert not plugins.takes("fitness", "hidden_neurons", "scene")
     (report,) = plugins.check("scenic")
     assert report.error is None
     assert not [option for option in report.options if "scene" in option]

@@ -16,8 +16,10 @@ import pytest
 
 from swarmevo import config, simulation
 from swarmevo.config import Arena, Config, Emitter, Episode, Surroundings
-from swarmevo.plugins.team import Team
+from swarmevo.errors import ConfigError, PluginError
+from swarmevo.plugins.team import Team, load_config
 from swarmevo.protocols import Objective, Telemetry
+from swarmevo.runs import driver
 from swarmevo.testing import FitnessTests, SwitchCounter, random_telemetry
 from swarmevo_shaped.geometry import free_way, robots_at_face
 from swarmevo_shaped.objectives import (
@@ -401,6 +403,49 @@ def test_nearness_needs_an_emitter_that_stands_still():
         told = episode([ELSEWHERE], scene=Surroundings.model_validate({"emitters": emitters}))
         with pytest.raises(ValueError, match=f"scene.emitters: expected one that stands still, got {found}"):
             value(Nearness, told)
+
+
+@pytest.mark.parametrize(
+    ("fitness", "scene", "line"),
+    [
+        ("togetherness", "{movables: []}", "togetherness: scene: expected one box and one wall to push it to, got"),
+        (
+            "progress",
+            "{goals: []}",
+            "progress: scene: expected one box and one wall to push it to, got a box and no goal",
+        ),
+        (
+            "displacement",
+            "{movables: [{}, {pose: [0, 0, 0]}]}",
+            "displacement: scene: expected one box and one wall to push it to, got 2",
+        ),
+        ("success", "{goals: []}", "success: expected a scene with goals, got none; see scene.goals"),
+        ("speed", "{movables: []}", "speed: expected a scene with movables, got none; see scene.movables"),
+        ("homing", "{emitters: []}", "homing: scene.emitters: expected one to home in on, got none"),
+        ("homing", "{emitters: [{channel: light}]}", "homing: scene.emitters: expected one to home in on, got lights"),
+        ("nearness", "{emitters: []}", "nearness: scene.emitters: expected one that stands still, got 0"),
+        ("shaped", "{movables: []}", "shaped: togetherness: scene: expected one box and one wall to push it to, got 0"),
+        ("transport", "{goals: []}", "transport: expected a scene with goals, got none; see scene.goals"),
+        ("box_pushing", "{emitters: []}", "box_pushing: scene.emitters: expected one to home in on, got none"),
+    ],
+)
+def test_what_does_not_fit_its_scene_is_refused_when_it_is_loaded(fitness, scene, line):
+    with pytest.raises(ConfigError) as raised:
+        load_config("quick", [f"scene={scene}", f"fitness={fitness}"])
+    assert len(raised.value.errors) == 1
+    assert raised.value.errors[0].startswith(f"fitness.{line}")
+
+
+def test_what_has_no_weight_needs_nothing():
+    weights = "{togetherness: 0, success: 0, nearness: 1}"
+    assert Team(load_config("quick", ["scene={movables: []}", f"fitness={{shaped: {weights}}}"])).channels == ["pose"]
+
+
+def test_a_world_that_does_not_fit_is_refused_before_a_run_is_made(tmp_path):
+    settings = load_config("quick", ["worlds=[{}, {scene.goals: []}]", "fitness=success", "evolution.seed=1"])
+    with pytest.raises(PluginError, match="expected a scene with goals, got none"):
+        driver.begin(tmp_path / "run", settings)
+    assert not (tmp_path / "run").exists()
 
 
 def test_the_box_the_wall_and_the_arena_are_those_of_the_scene():
