@@ -46,7 +46,7 @@ swarmevo evolve my.yaml --seed 1 --set noise.infrared=0.1 --set 'box.pose=[0, 0.
 - Everything is checked before anything runs, and all errors are listed at once. An unknown key, a value out of its
   range, text in the place of a number and NaN are errors.
 - `noise.infrared` is the key `infrared` of the section `noise`. A plugin's options stand under its name:
-  `optimiser.pde.crossover_rate`.
+  `optimiser.pde.crossover_rate`; an entry of a list under its place, from 0: `scene.movables.0.mass`, `box.pose.2`.
 - `--set` values are YAML. They win over the file; a key that is set twice, by `--set` or by an option such as `--seed`,
   is an error. `--set optimiser=pde` chooses a plugin and keeps the options that the file gives it.
 - A run folder's `config.yaml` has every key spelled out and can be given to `swarmevo evolve` again.

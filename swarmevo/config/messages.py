@@ -6,7 +6,7 @@ from __future__ import annotations
 import difflib
 import re
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from types import UnionType
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin
 
@@ -83,6 +83,18 @@ def _at(path: tuple[int | str, ...]) -> tuple[FieldInfo | None, Any, list[Any]]:
             entries = _entries(kind)
             kind, bounds = entries[int(step) if len(entries) > 1 else 0]
     return field, kind, bounds
+
+
+def default_list(path: tuple[int | str, ...]) -> Sequence[Any] | None:
+    """Return the list that is at ``path`` by default, empty if nothing is; None: no list belongs there."""
+    try:
+        field, kind, _ = _at(path)
+    except (KeyError, IndexError):
+        return None
+    if field is None or get_origin(kind) is not tuple:
+        return None
+    default: Sequence[Any] | None = field.default
+    return default or ()
 
 
 def _unwrapped(annotation: Any, bounds: Iterable[Any] = ()) -> tuple[Any, list[Any]]:

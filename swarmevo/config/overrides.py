@@ -8,8 +8,9 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from swarmevo.config import paths, presets
 from swarmevo.config import yaml as config_yaml
-from swarmevo.config.messages import PLUGINS, shown
+from swarmevo.config.messages import PLUGINS, default_list, shown
 from swarmevo.config.models import Config, named
 from swarmevo.errors import ConfigError
 
@@ -36,11 +37,12 @@ def apply(raw: dict[str, Any], overrides: Sequence[str], errors: list[str]) -> N
     earlier: list[tuple[str, list[str], Any]] = []
     for override in overrides:
         path, equals, text = override.partition("=")
-        keys = path.strip().split(".")
-        if keys[0] == "vary" and len(keys) > 1:  # its keys are keys of the world: vary.box.mass
-            keys = ["vary", ".".join(keys[1:])]
+        keys = _split(path.strip())
         if not equals or not all(keys):
             errors.append(f"--set {override}: expected section.key=value")
+            continue
+        if (written := paths.without_brackets(path)) != path:
+            errors.append(f"--set {override}: expected section.key=value; write an entry of a list as {written}")
             continue
         value, found = config_yaml.parse(text)
         if found:
@@ -50,12 +52,18 @@ def apply(raw: dict[str, Any], overrides: Sequence[str], errors: list[str]) -> N
         if wrong := _set(raw, keys, value):
             errors.append(f"--set {override}: {wrong}")
             continue
+        undone = [one for one in earlier if one[1] == keys or not _holds(raw, one[1], one[2])]
         errors += [
-            f"{'.'.join(before)}: set twice, by {other} and by {override}; give it once"
-            for other, before, kept in earlier
-            if before == keys or not _holds(raw, before, kept)
+            f"{'.'.join(before)}: set twice, by {other} and by {override}; give it once" for other, before, _ in undone
         ][:1]
-        earlier.append((override, keys, wanted))
+        earlier = [*(one for one in earlier if one not in undone), (override, keys, wanted)]
+
+
+def _split(path: str) -> list[str]:
+    """Return the steps of a path. The keys of ``vary`` and of each of ``worlds`` are keys of the world, undivided."""
+    keys = path.split(".")
+    whole = {"vary": 1, "worlds": 2}.get(keys[0], len(keys))
+    return [*keys[:whole], ".".join(keys[whole:])] if len(keys) > whole else keys
 
 
 def _set(raw: dict[str, Any], keys: list[str], value: Any) -> str:
@@ -70,21 +78,50 @@ def _set(raw: dict[str, Any], keys: list[str], value: Any) -> str:
         if not sections:
             value = named(value)
 
-    section = raw
-    for name in sections:
-        section = section.setdefault(name, {})
-        if not isinstance(section, dict):
-            return f"{name} is not a section, but {shown(config_yaml.plain(section))}"
-    section[key] = value
+    within: Any = raw
+    for i, step in enumerate(sections):
+        name: Any = step
+        if isinstance(within, list):
+            if wrong := paths.no_entry(".".join(keys[:i]), within, step):
+                return wrong
+            name = int(step)
+        elif within.get(name) is None and paths.is_entry(keys[i + 1]):
+            within[name] = _default(raw, keys[: i + 1])
+        else:
+            within.setdefault(name, {})
+        if not isinstance(within[name], dict | list):
+            return f"{name} is not a section, but {shown(config_yaml.plain(within[name]))}"
+        within[name] = copy.copy(within[name])  # what an alias stands for elsewhere stays
+        within = within[name]
+    if isinstance(within, list):
+        if wrong := paths.no_entry(".".join(sections), within, key):
+            return wrong
+        within[int(key)] = value
+    else:
+        within[key] = value
     return ""
+
+
+def _default(raw: Mapping[str, Any], path: Sequence[str]) -> list[Any] | dict[str, Any]:
+    """Return the list that stands at a path where nothing is named; a section without keys if none belongs there."""
+    section = presets.filled(config_yaml.plain(raw)).get(path[0])
+    of_preset = section.get(path[1]) if len(path) == 2 and isinstance(section, Mapping) else None
+    found = of_preset or default_list(tuple(int(step) if paths.is_entry(step) else step for step in path))
+    default: list[Any] | dict[str, Any] = {} if found is None else json.loads(json.dumps(found))
+    return default
 
 
 def _holds(now: Any, path: Sequence[str], wanted: Any) -> bool:
     """Whether there is at ``path`` what was wanted, or that and more."""
     for key in path:
-        if not isinstance(now, Mapping) or key not in now:
+        if isinstance(now, list) and not paths.no_entry("", now, key):
+            now = now[int(key)]
+        elif isinstance(now, Mapping) and key in now:
+            now = now[key]
+        else:
             return False
-        now = now[key]
+    if isinstance(wanted, list):
+        return isinstance(now, list) and len(now) == len(wanted) and all(map(_holds, now, [()] * len(now), wanted))
     if isinstance(wanted, Mapping):
         return isinstance(now, Mapping) and all(_holds(now, [key], entry) for key, entry in wanted.items())
     return bool(now == wanted)

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.config import reading
+from swarmevo.config import paths, reading
 from swarmevo.config.messages import did_you_mean, shown
-from swarmevo.config.models import WORLD, Config, Section
+from swarmevo.config.models import WORLD, Config
 from swarmevo.config.overrides import as_overrides
 from swarmevo.errors import ConfigError
 
@@ -79,7 +79,8 @@ class Worlds(Sequence[World]):
         if not self.vary:
             return config
         stream = np.random.default_rng([seed, trial, generation, repeat, WORLD_STREAM])
-        return _updated(config, {key: _draw(draw, _value(config, key), stream) for key, draw in self.vary.items()})
+        drawn = {key: _draw(draw, paths.value_at(config, key), stream) for key, draw in self.vary.items()}
+        return _updated(config, drawn)
 
 
 def world_errors(config: Config) -> list[str]:
@@ -88,8 +89,13 @@ def world_errors(config: Config) -> list[str]:
     for i, entry in enumerate(config.worlds):
         errors += [f"worlds[{i}].{line}" for line in _entry_errors(config, entry)]
     for key, draw in config.vary.items():
-        errors += [f"vary.{line}" for line in _key_errors(config, key) or _draw_errors(config, key, draw)]
-    return errors
+        errors += [f"vary.{line}" for line in _varying_errors(config, key) or _draw_errors(config, key, draw)]
+    return errors or [
+        f"worlds[{i}]: vary.{key}: {wrong}"
+        for i, world in enumerate(Worlds(config))
+        for key in config.vary
+        if (wrong := paths.problem(world.config, key))
+    ]
 
 
 def each_world(config: Config) -> Iterator[tuple[str, Config]]:
@@ -101,7 +107,7 @@ def each_world(config: Config) -> Iterator[tuple[str, Config]]:
         for key, draw in config.vary.items():
             ((kind, given),) = draw.items()
             for extreme in _extremes(kind, given):
-                value = _plain(extreme, _value(world.config, key))
+                value = _plain(extreme, paths.value_at(world.config, key))
                 yield f"{where and where + ', '}vary.{key} at {shown(value)}", _updated(world.config, {key: value})
 
 
@@ -119,7 +125,7 @@ def _with(config: Config, settings: Mapping[str, Any]) -> Config:
 def _entry_errors(config: Config, entry: Mapping[str, Any]) -> list[str]:
     settings, weight = _settings(entry), entry.get("weight", 1.0)
     errors = [line for key in settings for line in _key_errors(config, key)]
-    errors += [f"{key}: expected it here or in vary, got both" for key in settings if key in config.vary]
+    errors += [f"{key}: expected it here or in vary, got both" for key in settings if _leads_into(key, config.vary)]
     if type(weight) not in (int, float) or not 0 < abs(weight) <= 1e6:
         errors.append(f"weight: expected a number other than 0, from -1e6 to 1e6, got {shown(weight)}")
     return errors or _value_errors(config, settings)
@@ -128,10 +134,13 @@ def _entry_errors(config: Config, entry: Mapping[str, Any]) -> list[str]:
 def _key_errors(config: Config, key: str) -> list[str]:
     """Return what is wrong with a key of the world that is to differ."""
     known = [f"{one}.{each}" for one in WORLD for each in type(getattr(config, one)).model_fields]
-    if key not in known:
+    whole = ".".join(key.split(".")[:2])
+    if (written := paths.without_brackets(key)) != key:
+        return [f"{key}: expected a key of the world; write an entry of a list as {written}"]
+    if whole not in known:
         hint = did_you_mean(key, known) or f"; it is section.key, of the sections {', '.join(WORLD)}"
         return [f"{key}: expected a key of the world{hint}"]
-    if reason := FIXED.get(key):
+    if reason := FIXED.get(whole):
         return [f"{key}: expected another key; {reason}"]
     if key == "team.robots" and config.team.has_own_genomes:
         return [f"{key}: expected another key; each robot has a genome of its own (team.genomes: individual)"]
@@ -146,7 +155,22 @@ def _value_errors(config: Config, settings: Mapping[str, Any]) -> list[str]:
     return []
 
 
+def _leads_into(key: str, others: Iterable[str]) -> bool:
+    """Whether a key is one of the others, or is in what one of them names."""
+    return any(f"{key}.".startswith(f"{other}.") for other in others)
+
+
 # ---- vary ------------------------------------------------------------------------------------------------------------
+
+
+def _varying_errors(config: Config, key: str) -> list[str]:
+    """Return what is wrong with a key that is to be drawn, but for how it is drawn."""
+    if errors := _key_errors(config, key):
+        return errors
+    if _leads_into(key, (other for other in config.vary if other != key)):
+        return [f"{key}: expected it alone or in what is drawn whole, got both"]
+    wrong = paths.problem(config, key)
+    return [f"{key}: {wrong}"] if wrong else []
 
 
 def _draw_errors(config: Config, key: str, draw: Mapping[str, Any]) -> list[str]:
@@ -158,10 +182,10 @@ def _draw_errors(config: Config, key: str, draw: Mapping[str, Any]) -> list[str]
     if not isinstance(given, list) or (len(given) != 2 if kind != "choice" else not given):
         wanted = {"uniform": "[low, high]", "normal": "[mean, standard deviation]", "choice": "a list of values"}[kind]
         return [f"{key}.{kind}: expected {wanted}, got {shown(given)}"]
-    value = _value(config, key)
+    value = paths.value_at(config, key)
     if kind != "choice" and not (_is_number(value) or isinstance(value, tuple)):
         return [f"{key}.{kind}: expected a key with numbers; draw it by choice"]
-    if kind != "choice" and any(np.shape(end) != np.shape(value) or not _is_numeric(end) for end in given):
+    if kind != "choice" and not all(_is_numeric(end) and np.shape(end) == np.shape(value) for end in given):
         size = "a number" if _is_number(value) else f"a list of {len(value)} numbers"
         return [f"{key}.{kind}: expected {size} for each of the two, got {shown(given)}"]
     if kind == "uniform" and np.any(np.asarray(given[0]) > np.asarray(given[1])):
@@ -199,25 +223,22 @@ def _draw(draw: Mapping[str, Any], value: Any, stream: np.random.Generator) -> A
 
 def _plain(drawn: Any, value: Any) -> Any:
     """Return what was drawn as the type that ``value`` has."""
-    if isinstance(value, tuple):
+    if not _is_numeric(drawn):
+        return drawn
+    if isinstance(value, tuple) and np.ndim(drawn):
         return tuple(np.asarray(drawn, dtype=np.float64).tolist())
-    if type(value) is int:
+    if type(value) is int and not np.ndim(drawn):
         return math.floor(float(drawn) + 0.5)
-    return float(drawn) if type(value) is float else drawn
-
-
-def _value(config: Config, key: str) -> Any:
-    section, _, name = key.partition(".")
-    return getattr(getattr(config, section), name)
+    return float(drawn) if type(value) is float and not np.ndim(drawn) else drawn
 
 
 def _updated(config: Config, values: Mapping[str, Any]) -> Config:
     """Return a configuration with other values, which are in their range."""
-    sections: dict[str, Section] = {}
+    updated = _with(config, {key: value for key, value in values.items() if isinstance(value, list | dict)})
     for key, value in values.items():
-        section, _, name = key.partition(".")
-        sections[section] = sections.get(section, getattr(config, section)).model_copy(update={name: value})
-    return config.model_copy(update=sections)
+        if not isinstance(value, list | dict):
+            updated = paths.with_value(updated, key, value)
+    return updated
 
 
 def _is_number(value: Any) -> bool:
@@ -226,6 +247,7 @@ def _is_number(value: Any) -> bool:
 
 def _is_numeric(value: Any) -> bool:
     try:
-        return bool(np.isfinite(np.asarray(value, dtype=np.float64)).all())
-    except (TypeError, ValueError):
+        array = np.asarray(value)
+    except ValueError:  # of lists that are not of one length
         return False
+    return array.dtype.kind in "iuf" and bool(np.isfinite(array).all())

@@ -56,7 +56,9 @@ def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Con
 def _world_errors(settings: Config) -> list[str]:
     """Return all that is wrong with the worlds that an individual is tried in, one line each."""
     return config.world_errors(settings) or [
-        f"{where}: {line}" for where, world in config.each_world(settings) for line in simulation.scene_errors(world)
+        f"{where}: {line}"
+        for where, world in config.each_world(settings)
+        for line in (simulation.scene_errors(world) or config.sense_errors(settings, world))
     ]
 
 

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmevo import config
-from swarmevo.config import Config
+from swarmevo.config import Config, paths
 from swarmevo.config import messages as config_messages
 from swarmevo.config.worlds import Worlds
 from swarmevo.errors import ConfigError
@@ -142,6 +142,33 @@ def test_overrides_may_add_to_each_other(load: Any, overrides: list[str]) -> Non
     load("optimiser: {pde: {crossover_rate: 0.1}}", *overrides)
 
 
+PUCKS = "scene.movables=[{mass: 0.1}, {mass: 0.2}]"
+
+
+@pytest.mark.parametrize(
+    ("overrides", "key", "value"),
+    [
+        ([PUCKS, "scene.movables.1.size.2=0.05"], "scene.movables.1.size", (0.275, 0.18, 0.05)),
+        ([PUCKS, "scene.movables.0.shape=cylinder"], "scene.movables.0.shape", "cylinder"),
+        (["box.pose.2=1.5"], "box.pose", (0.0, 0.345, 1.5)),
+        (["robot.preset=thymio_ii", "sensors.infrared_yaw_deg.6=149"], "sensors.infrared_yaw_deg.6", 149),
+        (["sensors.infrared_curve.0.1=4000"], "sensors.infrared_curve.0", (0, 4000)),
+    ],
+)
+def test_an_entry_of_a_list_is_set(load: Any, overrides: list[str], key: str, value: Any) -> None:
+    assert paths.value_at(load("{}", *overrides), key) == value
+
+
+def test_an_alias_is_not_set_with_what_it_stands_for(load: Any) -> None:
+    text = "scene:\n  movables:\n    - &puck {mass: 0.1, size: [0.1, 0.1, 0.03]}\n    - *puck"
+    made = load(text, "scene.movables.0.mass=0.3", "scene.movables.1.size.2=0.05")
+    assert [(one.mass, one.size[2]) for one in made.scene.movables] == [(0.3, 0.03), (0.1, 0.05)]
+
+
+def test_worlds_are_set_one_by_one(load: Any) -> None:
+    assert load("worlds: [{}, {}]", "worlds.1.box.mass=0.3").worlds == ({}, {"box.mass": 0.3})
+
+
 def test_an_option_is_set_beside_the_others(load: Any) -> None:
     found = load("optimiser: {pde: {mutation_rate: 0.1}}", "optimiser.pde.crossover_rate=0.9")
     assert found.optimiser == {"pde": {"mutation_rate": 0.1, "crossover_rate": 0.9}}
@@ -171,6 +198,9 @@ def test_naming_the_plugin_keeps_its_options(load: Any) -> None:
         ("=3", "--set =3: expected section.key=value"),
         ("evolution..population=3", "--set evolution..population=3: expected section.key=value"),
         ("arena.size=[", "--set arena.size=[: line 1, column 2: while parsing a flow node, expected the node content"),
+        ("box.pose.3=1", "--set box.pose.3=1: expected an entry of box.pose, 0 to 2, got 3"),
+        ("box.pose[2]=1", "--set box.pose[2]=1: expected section.key=value; write an entry of a list as box.pose.2"),
+        ("scene.movables.0.mass=1", "--set scene.movables.0.mass=1: expected an entry of scene.movables, which"),
         ("arena.size.x=3", "--set arena.size.x=3: size is not a section, but 2"),
         ("arena.sice=3", "arena.sice: unknown key; did you mean arena.size?"),
     ],

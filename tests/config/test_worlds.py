@@ -97,6 +97,24 @@ WRONG = {
     "vary={team.start: {choice: [row, heap]}}": "vary.team.start: expected one of row, poses, random, got 'heap'",
     "vary={team.start: {choice: []}}": "vary.team.start.choice: expected a list of values, got []",
     "vary={team.robots: {uniform: [3, 50]}}": "vary.team.robots at 50: team.start_poses[44]: ",
+    "vary={scene.movables.0.mass: {uniform: [0.2, 0.3]}}": "vary.scene.movables.0.mass: expected an entry of "
+    "scene.movables, which names nothing here; name it whole",
+    "vary={box.pose.3: {uniform: [0, 1]}}": "vary.box.pose.3: expected an entry of box.pose, 0 to 2, got 3",
+    "vary={box.pose.x: {uniform: [0, 1]}}": "vary.box.pose.x: expected an entry of box.pose, 0 to 2, got x",
+    "vary={box.mass.0: {uniform: [0, 1]}}": "vary.box.mass.0: expected box.mass alone, which is 0.24 and has",
+    "vary={team.start_poses.0: {choice: [0]}}": "vary.team.start_poses.0: expected an entry of "
+    "team.start_poses, which has none, got 0",
+    "vary={'box.pose[0]': {uniform: [0, 1]}}": "vary.box.pose[0]: expected a key of the world; write "
+    "an entry of a list as box.pose.0",
+    "vary={box.pose: {choice: [[0, 0.3, 0]]}, box.pose.0: {uniform: [0, 0.1]}}": "vary.box.pose.0: expected it "
+    "alone or in what is drawn whole, got both",
+    "vary={box.pose: {choice: [here]}}": "vary.box.pose: expected a list of 3 numbers from -100",
+    "vary={box.pose: {uniform: [[0, [1], 0], [1, 1, 1]]}}": "vary.box.pose.uniform: expected a list of 3 numbers",
+    "vary={box.pose: {uniform: [[0, '1', 0], [1, 1, 1]]}}": "vary.box.pose.uniform: expected a list of 3 numbers",
+    "vary={team.robots: {choice: [few]}}": "vary.team.robots: expected a whole number from 1 to 64, got 'few'",
+    "vary={robot.sensors.0: {choice: [ground]}}": "vary.robot.sensors.0: expected another key; a controller",
+    "vary={sensors.infrared_yaw_deg: {choice: [[0, 10]]}}": "vary.sensors.infrared_yaw_deg at (0.0, 10.0): "
+    "robot.sensors: expected the observations and commands that the controller was made for",
     "evolution.over_worlds=best": "evolution.over_worlds: expected one of mean, worst, quantile, got 'best'",
 }
 
@@ -116,6 +134,47 @@ def test_robots_with_genomes_of_their_own_are_as_many_in_all_worlds() -> None:
 def test_a_key_is_not_both_fixed_and_varied() -> None:
     with pytest.raises(ConfigError, match=r"worlds\[0\]\.box\.mass: expected it here or in vary, got both"):
         load_config("paper", ["worlds=[{box.mass: 0.3}]", "vary={box.mass: {uniform: [0.2, 0.3]}}"])
+
+
+TWO_PUCKS = "scene.movables=[{pose: [0, 0.1, 0]}, {shape: cylinder, size: [0.1, 0.1, 0.03]}]"
+
+
+def test_entries_of_lists_are_drawn_each_on_its_own() -> None:
+    drawn = "vary={scene.movables.0.mass: {uniform: [0.2, 0.3]}, scene.movables.1.pose.0: {normal: [0, 0.05]}}"
+    worlds = Worlds(load_config("paper", [TWO_PUCKS, drawn, "worlds=[{}, {scene.movables.1.mass: 0.5}]"]))
+    seen = [worlds.of_episode(1, 0, 0, repeat) for repeat in range(100)]
+    masses = [one.scene.movables[0].mass for one in seen if one.scene.movables]
+    places = [one.scene.movables[1].pose for one in seen if one.scene.movables]
+    assert len(set(masses)) == len({x for x, _, _ in places}) == 100
+    assert 0.2 <= min(masses) < 0.21 < 0.29 < max(masses) <= 0.3
+    assert {(y, heading) for _, y, heading in places} == {(0.345, 0.0)}
+    assert [one.scene.movables[1].mass for one in seen[:4] if one.scene.movables] == [0.24, 0.5, 0.24, 0.5]
+    assert all(Config.model_validate_json(one.model_dump_json()) == one for one in seen[:20])
+
+
+def test_whole_lists_of_sections_are_chosen() -> None:
+    drawn = "vary={scene.movables: {choice: [[{}], [{pose: [0, 0.1, 0]}, {mass: 0.3}]]}}"
+    worlds = Worlds(load_config("paper", [drawn]))
+    seen = [worlds.of_episode(1, 0, 0, repeat).scene.movables or () for repeat in range(20)]
+    assert {len(movables) for movables in seen} == {1, 2}
+    assert {movables[-1].mass for movables in seen} == {0.24, 0.3}
+
+
+@pytest.mark.parametrize(
+    ("world", "error"),
+    [
+        (
+            "scene.movables: [{}]",
+            "worlds[1]: vary.scene.movables.1.mass: expected an entry of scene.movables, 0 to 0, got 1",
+        ),
+        ("scene.movables.1.mass: 0.5", "worlds[1].scene.movables.1.mass: expected it here or in vary, got both"),
+    ],
+)
+def test_an_entry_that_varies_is_in_all_worlds(world: str, error: str) -> None:
+    drawn = "vary={scene.movables.1.mass: {uniform: [0.1, 0.3]}}"
+    with pytest.raises(ConfigError) as caught:
+        load_config("paper", [TWO_PUCKS, drawn, f"worlds=[{{}}, {{{world}}}]"])
+    assert caught.value.errors == (error,)
 
 
 def test_a_named_world_changes_no_other_key() -> None:

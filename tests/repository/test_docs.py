@@ -157,7 +157,7 @@ def test_a_generated_page_is_up_to_date(name: str) -> None:
 
 
 def listed_keys() -> set[str]:
-    return set(re.findall(r"^\| `([\w.]+)` \|", CONFIGURATION.read_text(), re.MULTILINE))
+    return set(re.findall(r"^\| `([\w.\[\]]+)` \|", CONFIGURATION.read_text(), re.MULTILINE))
 
 
 def test_the_page_of_keys_has_them_all() -> None:
@@ -169,6 +169,7 @@ def test_the_page_of_keys_has_them_all() -> None:
 def test_keys_exist(page: Path) -> None:
     named = [span for span in spans(prose(page)) if re.fullmatch(r"\w+(\.\w+)+(=.*)?", span)]
     keys = {key.partition("=")[0] for key in named if key.partition(".")[0] in Config.model_fields}
+    keys = {re.sub(r"\.[0-9]+(?=\.)", "[]", re.sub(r"(\.[0-9]+)+$", "", key)) for key in keys}  # entries of lists
     told = {f"scene.{name}" for name in dir(SceneInfo(1, 1, 0.1))}  # what a plugin is given is called scene, too
     assert keys <= listed_keys() | told
 
