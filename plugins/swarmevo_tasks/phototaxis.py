@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, FloatArray, Telemetry
-from swarmevo_shaped.geometry import from_emitter
+from swarmevo.protocols import BoolArray, FloatArray, SceneInfo, Telemetry
+from swarmevo_shaped.geometry import from_emitter, still_emitter
 from swarmevo_shaped.objectives import Shaped
 
 
@@ -15,16 +15,19 @@ class Arrived(Shaped):
 
     Args:
         within: How near its centre must be [m].
+        scene: See :class:`swarmevo_shaped.objectives.Shaped`.
 
     Raises:
-        ValueError: The option is out of its range.
+        ValueError: The option is out of its range, or the scene has not one emitter that stands still.
     """
 
     name = "arrived"
     channels = ("pose",)
     success = 1.0
+    needs = (still_emitter,)
 
-    def __init__(self, within: float = 0.2) -> None:
+    def __init__(self, within: float = 0.2, scene: SceneInfo | None = None) -> None:
+        super().__init__(scene)
         if not isinstance(within, (int, float)) or not 0 < within < np.inf:
             raise ValueError(f"within: expected a distance above 0 [m], got {within!r}")
         self._within = within

@@ -425,6 +425,7 @@ def test_nearness_needs_an_emitter_that_stands_still():
         ("homing", "{emitters: [{channel: light}]}", "homing: scene.emitters: expected one to home in on, got lights"),
         ("nearness", "{emitters: []}", "nearness: scene.emitters: expected one that stands still, got 0"),
         ("shaped", "{movables: []}", "shaped: togetherness: scene: expected one box and one wall to push it to, got 0"),
+        ("arrived", "{emitters: []}", "arrived: scene.emitters: expected one that stands still, got 0"),
         ("transport", "{goals: []}", "transport: expected a scene with goals, got none; see scene.goals"),
         ("box_pushing", "{emitters: []}", "box_pushing: scene.emitters: expected one to home in on, got none"),
     ],
