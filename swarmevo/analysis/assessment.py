@@ -10,6 +10,7 @@ same tests give the same bits. Each is stored once (:mod:`swarmevo.runs.tests`),
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -146,6 +147,61 @@ def assess_one(settings: Config, genes: FloatArray, repeats: int, trial: int = 0
         found = bench.stored(settings, one)
         found = found.only(found.repeat < repeats)
         return _outcome(bench, settings.team.robots, found), measures_of(settings, team.objectives)
+
+
+@dataclass(frozen=True)
+class Retested:
+    """A controller of a trial's front, on fresh seeds."""
+
+    trial: int
+    genome: int
+    """Its id in the store."""
+    evolved: dict[str, float]
+    """Its objectives in the run."""
+    tested: dict[str, float]
+    """The same in the tests."""
+    success: float
+    """Rate of success; 0, if none was asked for."""
+
+
+def retest(
+    store: Store,
+    repeats: int,
+    workers: int = 0,
+    observe: Observe = lambda done, total: None,
+    stop: Callable[[], bool] = never,
+    rate: str | None = None,
+) -> list[Retested]:
+    """Test every controller on the front of every trial with the team of evolution: the first so many of its tests.
+
+    Args:
+        store: The run.
+        repeats: Tests of each controller.
+        workers: As of :func:`assess`, and so are those that follow.
+        observe: See there.
+        stop: See there.
+        rate: Of success (:attr:`~swarmevo.analysis.measures.Measures.rates`); None: none.
+
+    Raises:
+        EvaluationError, Interrupted, SimulatorError, StoreError: As :func:`assess`.
+    """
+    settings = other_world.test_world(store.config)
+    with StoredTests.open(store, readonly=False) as tests:
+        bench = Bench(store.config, tests, _candidates(store), store.objectives, workers, observe, stop)
+        bench.plan(repeats)
+        bench.test(settings, repeats)
+        found = [(one, bench.stored(settings, one)) for one in bench.candidates]
+    counted = [(one, tests.only(tests.repeat < repeats)) for one, tests in found]
+    return [
+        Retested(
+            trial=one.trial,
+            genome=one.genome,
+            evolved=dict(one.evolved),
+            tested=_means(store.objectives, tests),
+            success=float(successes(rate, tests, store.objectives).mean()) if rate else 0.0,
+        )
+        for one, tests in counted
+    ]
 
 
 def assess_bench(

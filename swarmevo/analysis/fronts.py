@@ -66,6 +66,8 @@ class Step:
     """How far a trial had come with a generation."""
 
     generation: int
+    episodes: int
+    """That the trial has spent, with those of this generation."""
     hypervolume: float
     front_size: int
     new_genomes: int
@@ -201,7 +203,7 @@ def history(store: Store, trial: int) -> list[Step]:
             unsure.append((means[over], episodes[over]))
         refining = budget.is_for_refining(summary.number, spent)
         spent += summary.episodes
-        steps.append(_step(store.objectives, summary.number, points, len(seen) - before, refining))
+        steps.append(_step(store.objectives, summary.number, spent, points, len(seen) - before, refining))
         settled = _front_of(store.objectives, settled, means[over & known])
         for genome in [genome for genome in totals if last[genome] == summary.number]:
             del totals[genome], counts[genome]
@@ -215,10 +217,16 @@ def _are_known(episodes: IntArray, least: int) -> BoolArray:
 
 
 def _step(
-    objectives: Sequence[Objective], generation: int, points: FloatArray, new_genomes: int, refining: bool
+    objectives: Sequence[Objective],
+    generation: int,
+    episodes: int,
+    points: FloatArray,
+    new_genomes: int,
+    refining: bool,
 ) -> Step:
     return Step(
         generation=generation,
+        episodes=episodes,
         hypervolume=hypervolume(objectives, points),
         front_size=len(points),
         new_genomes=new_genomes,
@@ -229,8 +237,7 @@ def _step(
 
 def _front_of(objectives: Sequence[Objective], *parts: FloatArray) -> FloatArray:
     """Return the non-dominated rows of several arrays ``(n, m)``."""
-    points = np.concatenate(parts)
-    return points[_non_dominated(objectives, points)]
+    return non_dominated(objectives, np.concatenate(parts))
 
 
 def hypervolume(objectives: Sequence[Objective], points: FloatArray) -> float:
@@ -246,6 +253,11 @@ def _non_dominated(objectives: Sequence[Objective], points: FloatArray) -> IntAr
     chosen = np.flatnonzero(moocore.is_nondominated(points, maximise=_maximised(objectives)))
     first = points[chosen, 0]
     return chosen[np.argsort(-first if objectives[0].is_maximised else first, kind="stable")]
+
+
+def non_dominated(objectives: Sequence[Objective], points: FloatArray) -> FloatArray:
+    """Return the non-dominated rows of ``points`` ``(n, m)``, one of each kind, the best first objective first."""
+    return points[_non_dominated(objectives, points)]
 
 
 def _maximised(objectives: Sequence[Objective]) -> list[bool]:

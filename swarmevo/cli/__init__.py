@@ -15,7 +15,7 @@ from swarmevo.cli.common import Verb, app, main, program
 __all__ = ["VERBS", "main", "program"]
 
 # In the order of --help.
-VERBS = ("evolve", "show", "verify", "export", "test", "report", "replay", "plugins", "doctor")
+VERBS = ("evolve", "show", "verify", "export", "test", "report", "compare", "replay", "plugins", "doctor")
 
 for _verb in VERBS:
     import_module(f"{__name__}.{_verb}")

@@ -17,7 +17,12 @@ from markupsafe import Markup
 
 from swarmevo.views import text
 
-PACKAGES: Final = {"shared": "swarmevo.views", "report": "swarmevo.views.report", "replay": "swarmevo.views.replay"}
+PACKAGES: Final = {
+    "shared": "swarmevo.views",
+    "compare": "swarmevo.views.compare",
+    "report": "swarmevo.views.report",
+    "replay": "swarmevo.views.replay",
+}
 """Where the templates of a folder are."""
 
 _END_TAG: Final = re.compile(r"<(?=/(?:script|style)\b)", re.IGNORECASE)

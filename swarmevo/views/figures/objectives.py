@@ -44,7 +44,7 @@ def fronts(run: Run) -> Picture:
         _plane_axes(axes, store.objectives, front)
         if len(store.objectives) == 2:
             end = _worst(store.objectives, np.concatenate(shown))
-            _staircase(
+            staircase(
                 axes, store.objectives, front, end, color=style.INK, linewidth=1.8, zorder=2, label="global front"
             )
         axes.plot(*front.T, "o", markersize=10, markerfacecolor="none", markeredgecolor=style.INK, zorder=4)
@@ -73,7 +73,7 @@ def attainment(run: Run) -> Picture:
         for (name, share), colour, line in looks:
             surface = surfaces[np.isclose(surfaces[:, 2], share)][:, :2] * signs
             end = _worst(objectives, np.concatenate(sets))
-            _staircase(axes, objectives, surface, end, color=colour, linestyle=line, linewidth=1.8, label=name)
+            staircase(axes, objectives, surface, end, color=colour, linestyle=line, linewidth=1.8, label=name)
         style.legend(axes, 3)
         return picture
 
@@ -160,7 +160,7 @@ def _are_whole(values: FloatArray) -> bool:
     return bool(np.all(values == np.round(values)))
 
 
-def _staircase(axes: Axes, objectives: Sequence[Objective], points: FloatArray, end: float, **look: Any) -> None:
+def staircase(axes: Axes, objectives: Sequence[Objective], points: FloatArray, end: float, **look: Any) -> None:
     """Draw the edge of what two objectives' front dominates, as far as ``end`` in the second objective."""
     best_first = points[np.argsort(points[:, 0] * (1 if objectives[1].direction == "minimise" else -1))]
     axes.plot([*best_first[:, 0], end], [*best_first[:, 1], best_first[-1, 1]], drawstyle="steps-post", **look)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo compare``."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarmevo.cli import streams
+from swarmevo.cli.common import USAGE, AsJson, Workers, app, exit_with, interruptible, say, worker_count
+
+
+@app.command()
+def compare(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.", exists=True, file_okay=False)],
+    against: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="RUN", help="Hold all RUN... as one group against this one; may be repeated.", show_default=False
+        ),
+    ] = None,
+    repeats: Annotated[int, typer.Option(metavar="N", min=1, max=65535, help="Fresh tests of each controller.")] = 10,
+    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write a page.", show_default=False)] = None,
+    workers: Workers = "auto",
+    as_json: AsJson = False,
+) -> None:
+    """Hold runs of one task against each other: fronts tested again, hypervolume, effect sizes and p-values.
+
+    Each run is a group of trials. With --against there are two groups: the runs before it, and those that it names.
+    """
+    from swarmevo.analysis import comparison
+    from swarmevo.runs.store import Store
+
+    groups = _groups(runs, against or [])
+    with contextlib.ExitStack() as opened:
+        stores = {
+            name: [opened.enter_context(Store.open(folder)) for folder in folders] for name, folders in groups.items()
+        }
+        with interruptible("what was tested is stored; once more goes on from there") as stop:
+            found = comparison.compare(stores, repeats, worker_count(workers), say, stop)
+    if as_json:
+        print(comparison.as_json(found), file=streams.data())
+    else:
+        from swarmevo.views.console.comparison import show_comparison
+
+        show_comparison(found)
+    if html is not None:
+        from swarmevo.views.compare import page
+
+        say(f"written: {page.write(found, html)}")
+
+
+def _groups(runs: list[Path], against: list[Path]) -> dict[str, list[Path]]:
+    """Return the folders of each group, by a name that no other has."""
+    every = [folder.resolve() for folder in (*runs, *against)]
+    for folder in every:
+        if every.count(folder) > 1:
+            exit_with(USAGE, f"{folder}: expected each run once, got it twice; leave one out")
+    if not against and len(runs) < 2:
+        exit_with(USAGE, "compare: expected at least two runs, got one; name another")
+    from swarmevo.views.report.page import names
+
+    called = names([*runs, *against])
+    if not against:
+        return {name: [folder] for name, folder in zip(called, runs, strict=True)}
+    return {"+".join(called[: len(runs)]): runs, "+".join(called[len(runs) :]): against}

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of a comparison: how fast, how far, how often, and which trade-offs."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import moocore
+import numpy as np
+
+from swarmevo.analysis.comparison import Comparison, Group, Measure, hypervolume_at
+from swarmevo.protocols import FloatArray, Objective
+from swarmevo.views import text
+from swarmevo.views.figures import style
+from swarmevo.views.figures.objectives import staircase
+from swarmevo.views.figures.style import Picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_ACROSS: Final = 200
+"""Places of a course over the episodes."""
+_JITTER: Final = 0.12
+
+
+def courses(found: Comparison) -> Picture:
+    """Return the stored hypervolume against the episodes spent: median and quartiles over the trials."""
+    with style.picture(6.4, 3.8) as picture:
+        axes = picture.add_subplot()
+        for number, group in enumerate(found.groups):
+            ends = [trial.course[-1][0] for trial in group.trials]
+            episodes = np.linspace(0, min(ends), _ACROSS)
+            curves = hypervolume_at(group.trials, episodes)
+            known = np.isfinite(curves).all(axis=0)
+            low, median, high = np.quantile(curves[:, known], [0.25, 0.5, 0.75], axis=0)
+            axes.fill_between(episodes[known], low, high, color=style.colour(number), alpha=0.2, linewidth=0)
+            axes.plot(episodes[known], median, **_line(number), label=group.name)
+        axes.set(xlabel="episodes of a trial", ylabel="hypervolume (share of the ranges)")
+        axes.set_ylim(bottom=0)
+        axes.set_xlim(left=0)
+        style.legend(axes, len(found.groups))
+        return picture
+
+
+def optimism(found: Comparison) -> Picture:
+    """Return each trial's hypervolume by the episodes of evolution, and on fresh seeds."""
+    with style.picture(6.4, 3.8) as picture:
+        axes = picture.add_subplot()
+        for number, group in enumerate(found.groups):
+            across = number + _spread(len(group.trials))
+            stored, tested = ([getattr(trial, name) for trial in group.trials] for name in ("stored", "tested"))
+            axes.vlines(across, tested, stored, color=style.colour(number), linewidth=0.8, alpha=0.6)
+            axes.plot(across, stored, "o", markerfacecolor="none", color=style.colour(number), markersize=5)
+            axes.plot(across, tested, "o", color=style.colour(number), markersize=5)
+            axes.hlines(np.median(tested), number - 0.3, number + 0.3, color=style.INK, linewidth=1.6)
+        _name_groups(axes, found.groups)
+        axes.set_ylabel("hypervolume (share of the ranges)")
+        return picture
+
+
+def values(found: Comparison, measure: Measure) -> Picture:
+    """Return a measure of each trial, with the groups' medians."""
+    with style.picture(6.4, 3.4) as picture:
+        axes = picture.add_subplot()
+        for number, (_, numbers) in enumerate(measure.values.items()):
+            axes.plot(number + _spread(len(numbers)), numbers, "o", color=style.colour(number), markersize=5)
+            axes.hlines(np.median(numbers), number - 0.3, number + 0.3, color=style.INK, linewidth=1.6)
+        _name_groups(axes, found.groups)
+        better = "more" if measure.more_is_better else "less"
+        axes.set_ylabel(f"{text.words(measure.name)} on fresh seeds ({better} is better)")
+        return picture
+
+
+def profiles(found: Comparison) -> Picture:
+    """Return for each hypervolume the share of trials that have reached it, on fresh seeds."""
+    with style.picture(6.4, 3.4) as picture:
+        axes = picture.add_subplot()
+        for number, group in enumerate(found.groups):
+            reached = np.sort([trial.tested for trial in group.trials])
+            share = 1 - np.arange(len(reached)) / len(reached)
+            axes.step([0, *reached, reached[-1]], [1, *share, 0], where="pre", **_line(number), label=group.name)
+        axes.set(xlabel="hypervolume on fresh seeds (share of the ranges)", ylabel="share of trials that reached it")
+        axes.set_ylim(-0.02, 1.02)
+        axes.set_xlim(left=0)
+        style.legend(axes, len(found.groups))
+        return picture
+
+
+def attainment(found: Comparison) -> Picture:
+    """Return which trade-offs half of each group's trials attained on fresh seeds; of two objectives."""
+    with style.picture(6.4, 4.2) as picture:
+        axes = picture.add_subplot()
+        sets = [_sets(group) for group in found.groups]
+        end = _worst(found.objectives, np.concatenate([points for points, _ in sets]))
+        for number, (group, (points, numbers)) in enumerate(zip(found.groups, sets, strict=True)):
+            signs = _signs(found.objectives)
+            surface = moocore.eaf(points * signs, numbers, percentiles=[50.0])[:, :2] * signs
+            staircase(axes, found.objectives, surface, end, **_line(number), marker="o", markersize=3, label=group.name)
+        _name_plane(axes, found.objectives)
+        style.legend(axes, len(found.groups))
+        return picture
+
+
+def attainment_differences(found: Comparison) -> Picture:
+    """Return where two groups' trials attained more; of two objectives.
+
+    Raises:
+        ValueError: There are not two groups.
+    """
+    if len(found.groups) != 2:
+        raise ValueError(f"attainment_differences: expected two groups, got {len(found.groups)}")
+    with style.picture(6.4, 4.2) as picture:
+        axes = picture.add_subplot()
+        signs, sets = _signs(found.objectives), [_sets(group) for group in found.groups]
+        a, b = (np.column_stack([points * signs, numbers + 1]) for points, numbers in sets)
+        every = np.concatenate([points for points, _ in sets])
+        low, high = every.min(axis=0), every.max(axis=0)
+        room = 0.06 * np.where(high > low, high - low, 1.0)
+        most = max(len(group.trials) for group in found.groups)
+        for left, lower, right, upper, difference in moocore.eafdiff(a, b, rectangles=True):
+            corners = np.array([[left, lower], [right, upper]]) * signs
+            (x_0, y_0), (x_1, y_1) = np.clip(corners, low - room, high + room)
+            colour = style.colour(0 if difference > 0 else 1)
+            axes.fill_between(
+                sorted([x_0, x_1]), y_0, y_1, color=colour, alpha=min(1.0, abs(difference) / most), linewidth=0
+            )
+        for number, group in enumerate(found.groups):
+            axes.plot([], [], "s", color=style.colour(number), label=f"more trials of {group.name}")
+        axes.set(xlim=sorted([low[0] - room[0], high[0] + room[0]]), ylim=sorted([low[1] - room[1], high[1] + room[1]]))
+        _name_plane(axes, found.objectives)
+        style.legend(axes, 2)
+        return picture
+
+
+def _line(number: int) -> dict[str, Any]:
+    return {"color": style.colour(number), "linestyle": style.STYLES[number % len(style.STYLES)], "linewidth": 1.8}
+
+
+def _spread(n: int) -> FloatArray:
+    """Return places beside each other, so that no trial hides another."""
+    return np.linspace(-_JITTER, _JITTER, n) if n > 1 else np.zeros(1)
+
+
+def _name_groups(axes: Axes, groups: Sequence[Group]) -> None:
+    axes.set_xticks(range(len(groups)), [group.name for group in groups])
+    axes.set_xlim(-0.6, len(groups) - 0.4)
+
+
+def _name_plane(axes: Axes, objectives: Sequence[Objective]) -> None:
+    axes.set_ylabel(text.label(objectives[0]))
+    axes.set_xlabel(text.label(objectives[1]))
+
+
+def _sets(group: Group) -> tuple[FloatArray, FloatArray]:
+    """Return the points of all trials in the plane, the second objective across; and each point's trial, from 0."""
+    numbers = [[number] * len(trial.points) for number, trial in enumerate(group.trials)]
+    points = np.array([point for trial in group.trials for point in trial.points])
+    return points[:, 1::-1], np.array(list(itertools.chain(*numbers)))
+
+
+def _signs(objectives: Sequence[Objective]) -> FloatArray:
+    return np.array([-1.0 if objective.is_maximised else 1.0 for objective in reversed(objectives)])
+
+
+def _worst(objectives: Sequence[Objective], plane: FloatArray) -> float:
+    return float(plane[:, 0].min() if objectives[1].is_maximised else plane[:, 0].max())

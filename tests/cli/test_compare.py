@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo compare``: real runs of a second, what is found of them, and what cannot be compared."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import small_runs
+from cli.conftest import Swarmevo
+from swarmevo.analysis import comparison
+from swarmevo.analysis.comparison import Comparison, Group, Trial
+from swarmevo.api.runs import Run
+from swarmevo.protocols import Objective
+from swarmevo.runs.store import Store
+from swarmevo.views.compare import page
+
+F1 = Objective("gain", "maximise", (0.0, 10.0))
+SIZE = Objective("size", "minimise", (0.0, 4.0))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("runs")
+    return [small_runs.make(folder / f"seed-{seed}", f"evolution.seed={seed}") for seed in (1, 2, 3)]
+
+
+# ---- what is found ---------------------------------------------------------------------------------------------------
+
+
+def test_each_run_is_a_group_of_trials(runs: list[Path], swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("compare", *runs, "--repeats", 2, "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert [(one["name"], len(one["trials"])) for one in found["groups"]] == [(run.name, 2) for run in runs]
+    assert [one["name"] for one in found["measures"]] == ["hypervolume", "box_pushing", "success"]
+    assert all(len(one["pairs"]) == 3 for one in found["measures"])
+    assert all(0 <= one["p"] <= 1 for one in found["measures"])
+    assert found["notes"] == [
+        "Few trials (seed-1 2, seed-2 2, seed-3 2): hardly any difference can be significant; evolve at least ten."
+    ]
+
+
+def test_trials_are_judged_by_fresh_tests_of_their_fronts(runs: list[Path]) -> None:
+    """Held against the hypervolume of two objectives by hand, of what each individual's own tests say."""
+    with Store.open(runs[0]) as one, Store.open(runs[1]) as other:
+        found = comparison.compare({"a": [one], "b": [other]}, repeats=3)
+    for trial in found.groups[0].trials:
+        members = list(Run(runs[0]).front(trial.trial))
+        tested = np.array([member.simulate(3).values.mean(axis=0) for member in members])
+        first, second = found.objectives
+        corner, volume = second.range[1], math.prod(o.range[1] - o.range[0] for o in found.objectives)
+        area, best = 0.0, first.range[0]
+        for gain, size in sorted(tested.tolist(), key=lambda point: (point[1], -point[0])):
+            if gain > best:
+                area += (gain - best) * (corner - size)
+                best = gain
+        assert trial.tested == pytest.approx(area / volume)
+        assert trial.first == pytest.approx(tested[:, 0].max())
+        assert trial.episodes == trial.course[-1][0]
+
+
+def test_tests_add_up(runs: list[Path], swarmevo_: Swarmevo) -> None:
+    first, again = (swarmevo_("compare", *runs[:2], "--repeats", 2, "--json").out for _ in range(2))
+    assert first == again
+    swarmevo_("compare", *runs[:2], "--repeats", 4)
+    assert swarmevo_("compare", *runs[:2], "--repeats", 2, "--json").out == first
+
+
+def test_runs_are_pooled_against_others(runs: list[Path], swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("compare", runs[0], runs[1], "--against", runs[2], "--repeats", 1, "--json")
+    groups = json.loads(done.out)["groups"]
+    assert [(one["name"], len(one["trials"])) for one in groups] == [("seed-1+seed-2", 4), ("seed-3", 2)]
+
+
+def test_the_console_and_the_page(runs: list[Path], swarmevo_: Swarmevo, tmp_path: Path) -> None:
+    done = swarmevo_("compare", *runs[:2], "--repeats", 1, "--html", "out/page.html")
+    assert done.code == 0, done.err
+    assert "seed-1 and seed-2" in done.out
+    assert done.err.splitlines()[-1] == "written: out/page.html"
+    text = (tmp_path / "out" / "page.html").read_text()
+    assert "<script" not in text
+    assert text.count("<svg") == 7
+    assert "Where more trials of one group attained" in text
+
+
+def trial(number: int, tested: float) -> Trial:
+    gain = 10 * tested
+    return Trial(
+        "run", number, 100, tested + 0.1, tested, gain, None, [(50, tested), (100, tested + 0.1)], [[gain, 1.0]]
+    )
+
+
+def planted(*shifts: float) -> Comparison:
+    rng = np.random.default_rng(1)
+    groups = [
+        Group(f"g{i}", ["run"], ["pde"], [trial(k, v) for k, v in enumerate(0.3 + shift + 0.05 * rng.random(10))])
+        for i, shift in enumerate(shifts)
+    ]
+    return Comparison(1, 10, [F1, SIZE], groups, list(comparison._measures(groups, [F1, SIZE])), [])
+
+
+def test_a_planted_difference_is_named() -> None:
+    found = planted(0.0, 0.2)
+    (pair,) = found.measures[0].pairs
+    assert (pair.a12, pair.low, pair.high) == (0, 0, 0)
+    assert pair.p < 0.001
+    assert page.pair_table(found.measures[0]).rows[0][-1] == "g1"
+    same = planted(0.0, 0.0).measures[0]
+    assert page.pair_table(same).rows[0][-1] == "not known"
+
+
+def test_of_three_groups_the_one_that_differs_is_found() -> None:
+    (volume, *_) = planted(0.0, 0.0, 0.2).measures
+    assert volume.p is not None
+    assert volume.p < 0.001
+    assert [pair.p < 0.05 for pair in volume.pairs] == [False, True, True]
+    assert page.render(planted(0.0, 0.0, 0.2)).count("<svg") == 5  # no difference of three attainment functions
+
+
+def test_a_course_is_known_from_the_first_generation_to_the_last() -> None:
+    rows = comparison.hypervolume_at([trial(0, 0.5)], np.array([0.0, 49.0, 50.0, 99.0, 100.0, 101.0]))
+    assert np.array_equal(rows, [[np.nan, np.nan, 0.5, 0.5, 0.6, np.nan]], equal_nan=True)
+
+
+# ---- what cannot be compared -----------------------------------------------------------------------------------------
+
+
+def test_other_worlds_are_refused_and_where_they_differ_is_said(
+    runs: list[Path], swarmevo_: Swarmevo, tmp_path: Path
+) -> None:
+    other = small_runs.make(tmp_path / "other", "box.mass=0.3", "noise.wheels=0.2")
+    done = swarmevo_("compare", runs[0], other)
+    assert done.code == 2
+    (line,) = done.errors
+    assert line.startswith(
+        f"{other}: expected the world and the fitness of {runs[0]}, but they differ in box.mass: 0.24 and 0.3; "
+    )
+    assert line.endswith("compare runs of the same task")
+
+
+def test_another_optimiser_and_budget_are_compared_with_a_note(
+    runs: list[Path], swarmevo_: Swarmevo, tmp_path: Path
+) -> None:
+    other = small_runs.make(tmp_path / "other", "optimiser.pde.mutation_rate=0.1", "evolution.generations=4")
+    done = swarmevo_("compare", runs[0], other, "--repeats", 1)
+    assert done.code == 0, done.err
+    assert "Budgets differ, in episodes of a trial (seed-1 8, other 16)" in done.out
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ([0], "compare: expected at least two runs, got one; name another"),
+        ([0, 0], "expected each run once, got it twice; leave one out"),
+    ],
+)
+def test_one_run_is_compared_with_nothing(
+    names: list[int], message: str, runs: list[Path], swarmevo_: Swarmevo
+) -> None:
+    done = swarmevo_("compare", *(runs[i] for i in names))
+    assert done.code == 2
+    assert message in done.errors[0]
