@@ -58,6 +58,22 @@ def wall_distance(arena: Arena, places: FloatArray) -> FloatArray:
     return inside
 
 
+def is_outside(arena: Arena, corners: FloatArray) -> bool:
+    """Whether a convex polygon with these corners ``(n, 2)`` lies beyond one of the walls, all of it."""
+    planes = inward_planes(outline(arena))
+    return bool((corners @ planes[:, :2].T + planes[:, 2] <= 0).all(axis=0).any())
+
+
+def obstacle_corners(obstacle: Obstacle) -> FloatArray:
+    """Return the corners ``(4, 2)`` of an obstacle, counter-clockwise; of a cylinder those of a square around it."""
+    box = as_box(obstacle)
+    (x, y, heading), (length, width, _) = box.pose, box.size
+    cosine, sine = math.cos(heading), math.sin(heading)
+    own = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (length / 2, width / 2)
+    corners: FloatArray = own @ np.array([[cosine, sine], [-sine, cosine]]) + (x, y)
+    return corners
+
+
 def as_box(obstacle: Obstacle) -> Obstacle:
     """Return an obstacle of a shape that the library knows: a wall is a thin box."""
     if obstacle.shape != "wall":

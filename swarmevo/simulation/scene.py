@@ -18,7 +18,7 @@ from swarmevo.config import Arena, Config, Section, Surroundings, Team, scene_in
 from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation._ffi import check, load
-from swarmevo.simulation.layout import as_box
+from swarmevo.simulation.layout import as_box, is_outside, obstacle_corners
 
 _SECTIONS = ("robot", "team", "sensors", "noise", "physics", "episode")
 """Copied key by key."""
@@ -129,7 +129,27 @@ def _in_words_of(config: Config, line: str) -> str:
         line = line.replace("movables[0].friction", "physics.box_friction").replace("movables[0]", "box")
     if scene.emitters is None:
         line = line.replace("emitters[0]", "emitter")
+    for i, obstacle in enumerate(scene.obstacles):
+        if obstacle.shape == "wall":  # the library knows it as a box
+            line = line.replace(f"obstacles[{i}].size[0]:", f"obstacles[{i}].ends: their distance:")
+            line = line.replace(f"obstacles[{i}].size[1]", f"obstacles[{i}].thickness")
     return re.sub(r"\b(movables|obstacles|emitters|goals)\[", r"scene.\1[", line).replace("ground.", "scene.")
+
+
+def _out_of_reach(config: Config) -> list[str]:
+    """Return which obstacles and goals nobody can ever meet, one line each."""
+    scene, where = surroundings(config), {}
+    for i, obstacle in enumerate(scene.obstacles):
+        where[f"obstacles[{i}].{'ends' if obstacle.shape == 'wall' else 'pose'}"] = obstacle_corners(obstacle)
+    for i, goal in enumerate(scene.goals or ()):
+        if goal.region is not None:
+            west, east, south, north = goal.region
+            where[f"goals[{i}].region"] = np.array([(west, south), (east, south), (east, north), (west, north)])
+    return [
+        f"scene.{key}: expected it in the arena, a part at least, got it beyond a wall"
+        for key, corners in where.items()
+        if is_outside(config.arena, corners)
+    ]
 
 
 def scene_errors(config: Config) -> list[str]:
@@ -161,6 +181,8 @@ class Scene:
         except InvalidArgument as error:
             raise InvalidArgument(*dict.fromkeys(_in_words_of(config, line) for line in error.errors)) from None
         self._handle = ffi.gc(handle[0], lib.swe_scene_destroy)
+        if beyond := _out_of_reach(config):
+            raise InvalidArgument(*beyond)
         self.info = scene_info(config)
 
     @property

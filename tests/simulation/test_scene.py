@@ -105,11 +105,26 @@ def test_worlds_and_set_take_whole_lists() -> None:
             "team.start_poses[0]: expected the robot clear of scene.obstacles[0]",
         ),
         ({"goals": [{"region": [0.2, 0.1, 0, 1]}]}, "scene.goals[0].region: expected x from < x to"),
+        ({"goals": [{"region": [0.5, 0.6, 0, 1]}]}, "scene.goals[0].region: expected it in the arena, a part at least"),
+        ({"obstacles": [{"pose": [0.3, 0.58, 0.5]}]}, "scene.obstacles[0].pose: expected it in the arena, a part"),
+        (
+            {"obstacles": [{"shape": "wall", "ends": [[-1, 0], [-0.6, 0]]}]},
+            "scene.obstacles[0].ends: expected it in the arena, a part at least, got it beyond a wall",
+        ),
+        (
+            {"obstacles": [{"shape": "wall", "ends": [[0.3, 0], [0.3, 0]]}]},
+            "scene.obstacles[0].ends: their distance: expected 0.01 to 10 m, got 0",
+        ),
     ],
 )
 def test_a_scene_that_cannot_be_is_one_line(scene: dict[str, Any], line: str) -> None:
     (found,) = errors_of(scene=scene)
     assert found.startswith(line)
+
+
+def test_what_reaches_into_the_arena_is_fine() -> None:
+    goal, wall = {"region": [0.49, 3, -3, 3]}, {"shape": "wall", "ends": [[0.45, -2], [2, 2]]}
+    assert errors_of(scene={"goals": [goal], "obstacles": [{"pose": [0.3, 0.54, 0]}, wall]}) == []
 
 
 @pytest.mark.parametrize(
