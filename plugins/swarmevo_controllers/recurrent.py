@@ -144,7 +144,7 @@ class CTRNN(_HiddenLayer):
     ) -> None:
         super().__init__(hidden, bias, activation)
         shortest, longest = time_constants
-        if not 0 < shortest <= longest < math.inf:
+        if not (0 < shortest <= longest < math.inf and longest / shortest < math.inf):
             raise ValueError(
                 "time_constants: expected two numbers of seconds above 0, the shortest and the longest, got "
                 f"{list(time_constants)}"

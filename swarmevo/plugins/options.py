@@ -183,4 +183,8 @@ def _expected(error: ErrorDetails) -> str:
     """Return what was expected, in our words, and where in a list or a mapping."""
     said = error["msg"].removeprefix("Input should be ")
     inside = "".join(f"[{part}]" for part in error["loc"] if isinstance(part, int))
+    if error["type"] == "missing":
+        said = "a value"
+    elif error["type"] == "too_long":
+        said = f"at most {error['ctx']['max_length']} entries"
     return _EXPECTED.get(said, said) + (f" at {inside}" if inside else "")

@@ -158,6 +158,7 @@ def test_genomes_of_another_size_are_refused(kind: str) -> None:
             ("ctrnn", {"time_constants": given}, f"time_constants: expected two numbers of seconds above 0, {rest}")
             for given, rest in [
                 ((0.0, 1.0), "the shortest and the longest, got [0.0, 1.0]"),
+                ((1e-300, 1e300), "the shortest and the longest, got [1e-300, 1e+300]"),
                 ((2.0, 1.0), "the shortest and the longest, got [2.0, 1.0]"),
                 ((1.0, math.inf), "the shortest and the longest, got [1.0, inf]"),
             ]

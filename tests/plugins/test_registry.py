@@ -329,6 +329,8 @@ def test_an_option_is_of_the_annotated_type(typed: Any, option: str, arrives: ob
         ("s: [a]", "expected text, got ['a']"),
         ("u: [1]", "expected a number or text, got [1]"),
         ("l: a", "expected a list, got 'a'"),
+        ("t: [1]", "expected a value at [1], got [1]"),
+        ("t: [1, 2, 3]", "expected at most 2 entries, got [1, 2, 3]"),
         ("l: [a, [b]]", "expected text at [1], got ['a', ['b']]"),
         ("c: maybe", "expected 'on' or 'off', got 'maybe'"),
         ("f: null", "expected a number, got nothing"),
