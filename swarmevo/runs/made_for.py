@@ -68,7 +68,7 @@ def _check_controller(where: str, theirs: Mapping[str, Any], config: Config, spa
     ((their_name, their_options),) = theirs.items()
     if their_name != name:
         raise ConfigError(
-            f"{where}: expected genes of the controller {name}, got those of {their_name:.60}; set controller={name}"
+            f"{where}: expected genes of the controller {name}, got those of {their_name:.60}; set controller to that"
         )
     defaults = default_options("controller", name)
     for option in (*given, *(option for option in their_options if option not in given)):

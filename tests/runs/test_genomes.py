@@ -171,7 +171,7 @@ TURNED = "robot.sensors=[rf, touch, infrared]"
             "robot.sensors=[infrared]",
             "8 observations of this configuration, got one for 13, of which number 8 is touch_0, not",
         ),
-        ("controller=elman", "expected genes of the controller elman, got those of feedforward; set controller=elman"),
+        ("controller=elman", "expected genes of the controller elman, got those of feedforward; set controller to"),
         ("controller.feedforward.activation=logistic", "with activation 'logistic', got 'tanh', with which they mean"),
     ],
 )
