@@ -32,7 +32,7 @@ WORLD: dict[str, Any] = {
             {"shape": "cylinder", "size": (0.1, 0.1, 0.03), "mass": 0.03, "pose": (x, 0.1, 0)} for x in (0, 0.2)
         ],
         "emitters": [
-            {"position": (0, 0.4, 0.03)},
+            {"position": (0, 0.1, 0.03), "reach": "arena"},
             {"channel": "light", "position": (0.3, 0.1, 0.03), "reach": "arena"},
         ],
     },
@@ -146,6 +146,10 @@ def test_glyphs_show_what_was_observed(page: Page, everything: Recording, t: flo
     greys = [[re.findall(r"\d+", one)[0] for one in of] for of in glyphs(page, "ground i", "mark.style.background")]
     for k in (0, 1):
         np.testing.assert_allclose([float(of[k]) / 255 for of in greys], observed[f"ground_{k}"], atol=0.01)
+    strength = 50 * observed["rf"]
+    assert strength.max() > 2
+    widths = [float(of[0].rstrip("%")) for of in glyphs(page, "rf i", "mark.style.width")]
+    np.testing.assert_allclose(widths, 100 * (strength - 1) / 49, atol=1)
     ends = np.array(glyphs(page, "rf_bearing line", "[mark.getAttribute('x2'), mark.getAttribute('y2')]"), dtype=float)
     np.testing.assert_allclose(ends[:, 0, 0], -10.5 * observed["rf_bearing_sin"], atol=0.1)
     np.testing.assert_allclose(ends[:, 0, 1], -10.5 * observed["rf_bearing_cos"], atol=0.1)

@@ -163,10 +163,10 @@ class Scene {
       arc.traverse((node) => node.material && (node.material.opacity = 0.35 + 0.65 * touched[k]));
     });
     for (const { sense, node } of robot.halos) {
-      const level = this.track.level(at, i, sense);
-      node.visible = level > 0.01;
-      node.scale.setScalar(0.85 + 0.35 * level);
-      node.traverse((part) => part.material && (part.material.opacity = 0.15 + 0.6 * level));
+      const strength = level(sense, this.track.readings(at, i, sense));
+      node.visible = strength > 0.01;
+      node.scale.setScalar(0.85 + 0.35 * strength);
+      node.traverse((part) => part.material && (part.material.opacity = 0.15 + 0.6 * strength));
     }
   }
 

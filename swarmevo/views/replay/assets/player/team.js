@@ -14,9 +14,9 @@ const GLYPHS = {
         path.classList.toggle("sw-told", message.some((bit) => bit > 0));
       });
   },
-  level(_sense, parent) {
+  level(sense, parent) {
     const bar = element("i", "", undefined, element("span", "sw-meter", undefined, parent));
-    return (_readings, level) => (bar.style.width = `${(100 * level).toFixed(0)}%`);
+    return (readings) => (bar.style.width = `${(100 * level(sense, readings)).toFixed(0)}%`);
   },
   needle(_sense, parent) {
     const drawing = svg("svg", { class: "sw-round", viewBox: "-12 -12 24 24" }, parent);
@@ -88,7 +88,7 @@ class Team {
     const { senses, homing } = track.episode;
     const at = track.at(t);
     this.rows.forEach(({ glyphs, home }, i) => {
-      glyphs.forEach((draw, k) => draw(track.readings(at, i, senses[k]), track.level(at, i, senses[k])));
+      glyphs.forEach((draw, k) => draw(track.readings(at, i, senses[k])));
       if (!home) return;
       const time = homing[i];
       home.textContent = time !== null && time <= t + 1e-6 ? `${time.toFixed(1)} s` : "";

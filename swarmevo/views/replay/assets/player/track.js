@@ -3,6 +3,9 @@
 
 const FORMAT = 3; // of an episode, data.py
 
+/** Return a signal's share of the way from silence to the strongest; of a light's sectors the brightest counts. */
+const level = ({ least = 0, most = 1 }, readings) => (most > least ? clamp((Math.max(...readings) - least) / (most - least), 0, 1) : 0);
+
 /** Arrays of all control steps so far, and what is between two of them. */
 class Track {
   constructor(episode) {
@@ -87,13 +90,6 @@ class Track {
     }
     const from = this.episode.observations * (at.step * this.robots + robot) + sense.first;
     return Float32Array.from(this.observation.subarray(from, from + sense.count), (value) => value / 127);
-  }
-
-  /** Return how strong a device's signal is, of a light the brightest sector's: its share of the way from silence to the strongest. */
-  level(at, robot, sense) {
-    const { least = 0, most = 1 } = sense;
-    const strongest = Math.max(...this.readings(at, robot, sense));
-    return most > least ? clamp((strongest - least) / (most - least), 0, 1) : 0;
   }
 
   sense(device) {
