@@ -73,6 +73,13 @@ def test_a_table_has_columns_where_there_is_room() -> None:
     assert [row.split() for row in rows] == [["5", "100%", "(34-100)", "(paper)", "0"], ["12", "50%", "1"]]
 
 
+def test_a_table_with_little_room_has_narrow_heads() -> None:
+    first, second, last, *rows = on_a_terminal(40).splitlines()
+    assert (first.split(), second.split()) == (["hidden_"], ["neurons"])
+    assert last.split() == ["(minimise)", "homing", "rate", "trial"]
+    assert rows[0].split() == ["5", "100%", "(34-100)", "(paper)", "0"]
+
+
 def test_a_table_without_room_is_a_list() -> None:
     """Names and values stay together, and no word is broken."""
     assert on_a_terminal(36).splitlines() == [

@@ -22,7 +22,8 @@ _KEPT: Final = "\N{NO-BREAK SPACE}"
 class _Plain(Console):
     """A console that shows the control characters in text, such as a plugin's name, and never sends them.
 
-    A table that is wider than the terminal is printed as lists, row by row: its columns would be broken within words.
+    In a table that is wider than the terminal, names of columns are broken at underscores; where that is not enough, it
+    is printed as lists, row by row: its cells would be broken within words.
     """
 
     def print(self, *objects: Any, **how: Any) -> None:
@@ -33,6 +34,10 @@ class _Plain(Console):
         if not isinstance(one, Table) or self._width_of(one) <= self.width:
             return one
         heads = [printable(str(column.header), keep="\n").replace("\n", " ") for column in one.columns]
+        for column in one.columns:
+            column.header = str(column.header).replace("_", "_\n")
+        if self._width_of(one) <= self.width:
+            return one
         rows = zip(*(column.cells for column in one.columns), strict=True)
         return "\n".join(_listed(heads, [printable(str(cell)) for cell in row], self.width) for row in rows)
 
