@@ -21,6 +21,7 @@ from swarmevo.plugins.team import Team
 from swarmevo.simulation import EpisodeKey
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import page as replay_page
+from swarmevo.views.replay import video as replay_video
 from swarmevo.views.replay.senses import senses
 
 RANGE, SECTORS, BITS = 0.5, 6, 2
@@ -174,10 +175,10 @@ def test_lines_lead_to_who_is_heard(page: Page, everything: Recording, t: float)
     places = everything.telemetry.pose[0, step, :, :2]
     first = scene_info(everything.config).observation_names.index("range_and_bearing_0")
     readings = everything.telemetry.observation[0, step, :, first :: 1 + BITS][:, :SECTORS]
-    beams = (
-        "(() => { const { beams, track } = swarmevo.player.stages[0].scene; const at = track.at(swarmevo.player.time);"
+    heard = page.evaluate(
+        f"(() => {{ const {{ beams, track }} = swarmevo.player.stages[0].scene; const {{ robots }} = track.poses({t}); "
+        "return robots.map((_, i) => beams.hears(i, robots)); })()"
     )
-    heard = page.evaluate(f"{beams} return track.episode.colours.map((_, i) => beams.hears(i, at)); }})()")
     assert any(other is not None for others in heard for other in others)
     for me, others in enumerate(heard):
         for sector, other in enumerate(others):
@@ -202,3 +203,10 @@ def test_wheels_turn_as_commanded_whatever_robots_send(page: Page, everything: R
     seek(page, 5.9)
     wheels = "swarmevo.player.stages[0].scene.robots.map((robot) => robot.wheels.map((wheel) => wheel.rotation.y))"
     np.testing.assert_allclose(page.evaluate(wheels), turned, atol=0.2)
+
+
+def test_a_film_has_rows_where_there_is_room_for_all(page: Page) -> None:
+    for height, has_room in ((420, False), (1200, True)):
+        page.set_viewport_size({"width": 900, "height": height})
+        page.evaluate(replay_video._PREPARE)
+        assert page.locator(".sw-robot").last.is_visible() == has_room

@@ -43,7 +43,13 @@ _FLAGS: Final = (
 )
 _LOAD_SECONDS: Final = 60.0
 _LOADED: Final = "document.readyState === 'complete' && window.swarmevo !== undefined"
-_PREPARE: Final = "swarmevo.pause(); document.querySelector('.sw-player').classList.add('sw-film')"
+_PREPARE: Final = """
+    swarmevo.pause();
+    document.querySelector('.sw-player').classList.add('sw-film');
+    for (const side of document.querySelectorAll('.sw-side'))
+        side.querySelector('.sw-team').hidden = side.scrollHeight > side.clientHeight;
+"""
+"""Nobody can scroll in a film: where there is no room for the robots' rows, there are none."""
 _DRAWN: Final = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 

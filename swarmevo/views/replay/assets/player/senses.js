@@ -36,9 +36,10 @@ class Beams {
   /** Show what robots at these poses sense at a step. */
   show(robots, at) {
     this.count = 0;
+    const then = this.track.poses(at.step * this.track.episode.period).robots; // when they sensed
     robots.forEach((pose, i) => {
       if (this.infrared) this._rays(pose, this.track.readings(at, i, this.infrared));
-      if (this.heard) this._ears(robots, i, at);
+      if (this.heard) this._ears(robots, i, this.hears(i, then), this.track.readings(at, i, this.heard));
     });
     this.geometry.setDrawRange(0, 6 * this.count);
     for (const name of ["position", "colour"]) this.geometry.attributes[name].needsUpdate = true;
@@ -64,11 +65,10 @@ class Beams {
     return near + ((most - reading) / (most - least)) * (far - near);
   }
 
-  _ears(robots, i, at) {
+  _ears(robots, i, others, readings) {
     const { stride } = this.heard;
     const { radius, height } = this.track.episode.robot;
-    const readings = this.track.readings(at, i, this.heard);
-    this.hears(i, at).forEach((other, sector) => {
+    others.forEach((other, sector) => {
       if (other === null) return;
       const [[x, y], [toX, toY]] = [robots[i], robots[other]];
       const told = readings.subarray(sector * stride + 1, (sector + 1) * stride).some((bit) => bit > 0);
@@ -78,10 +78,9 @@ class Beams {
     });
   }
 
-  /** Return for each sector of a robot which robot it hears at a step, the nearest in range; null: none. */
-  hears(i, at) {
+  /** Return for each sector of a robot which of the robots it hears, the nearest in range; null: none. */
+  hears(i, robots) {
     const { range, yaw } = this.heard;
-    const robots = this.track.poses(at.step * this.track.episode.period).robots;
     const [x, y, heading] = robots[i];
     const nearest = yaw.map(() => [null, range]);
     robots.forEach(([toX, toY], other) => {
