@@ -180,7 +180,7 @@ def test_a_controller_that_is_no_network_has_no_figure(
 def test_two_positions_of_a_staircase() -> None:
     objectives = (Objective("score", "maximise", (0, 9)), Objective("neurons", "minimise", (0, 9)))
     axes = figures.Picture().add_subplot()
-    objective_figures._staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]), 6.0)
+    objective_figures.staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]), 6.0)
     assert axes.lines[0].get_xydata().tolist() == [[1, 2], [4, 3], [6, 3]]
 
 
