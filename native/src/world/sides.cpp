@@ -207,7 +207,9 @@ Meeting Sides::meeting_of_push(const Place& robot, const Figure& figure, const P
 }
 
 Meeting Sides::meeting_of_obstacle(const Place& robot, std::size_t obstacle) const {
-    return meeting_of_push(robot, scene_.obstacles[obstacle].figure, obstacles_[obstacle]);
+    Meeting meeting = meeting_of_push(robot, scene_.obstacles[obstacle].figure, obstacles_[obstacle]);
+    meeting.height = std::min(meeting.height, scene_.robot.centre_of_mass);  // of a tall one, as robots meet each other
+    return meeting;
 }
 
 bool Sides::add_robots(const Solid& first, const Solid& second) {
