@@ -49,7 +49,8 @@ dev: $(VENV)/installed-dev
 
 evolve: $(call needs,)
 	@run=runs/best-$$(date +%Y%m%d-%H%M%S); \
-	$(BIN)/swarmevo evolve best --set evolution.generations=170 --out $$run; \
+	$(BIN)/swarmevo evolve best --set optimiser.cma.starts=5 optimiser.cma.start_generations=25 \
+	    evolution.generations=170 evolution.refine=0.1 --out $$run; \
 	$(BIN)/swarmevo report $$run
 
 test: test-native test-python
