@@ -50,7 +50,7 @@ HEAD = """\
 # Validation
 
 What the physics and the sensors are worth, in numbers. Every figure on this page is measured by one command,
-`make validation`; a shortened version of every check runs in the tests (`tests/repository/test_validation.py`, and
+`make validation`; a shortened version of every check runs in the tests (`tests/repository/test_validation*.py`, and
 natively `native/tests/sensors` and `native/tests/world`).
 
 The physics is held against an independent reference, `native/reference/planar.cpp`: robots, what they push and what
