@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Each target installs what it needs, then runs.
 #   make dev       install the checkout itself: Python changes act at once, C++ changes after the next make dev
+#   make install   what lint, test and docs need, at once
 #   make evolve    two minutes of evolution, to robots that push, and a report to see them in a browser
 #   make test      all tests, native ones included
 #   make test-lowest  some tests with the lower bounds of all that swarmevo needs
@@ -14,7 +15,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: dev evolve test test-native test-python test-lowest lint fix sanitize fuzz fuzz-native validation docs clean FORCE
+.PHONY: dev install evolve test test-native test-python test-lowest lint fix sanitize fuzz fuzz-native validation docs clean FORCE
 
 PYTHON ?= python3
 VENV := .venv
@@ -61,7 +62,7 @@ test-native: build/system-test
 	build/native/native_tests
 
 test-python: $(call needs,test)
-	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. .
+	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses logical --dist loadfile .
 
 # Every verb, the configuration, the interface in Python; old libraries warn of what is new since.
 LOWEST_TESTS := cli/test_evolve.py cli/test_paths.py config api views/test_figures.py
@@ -86,15 +87,13 @@ fix: build/system-lint | $(BIN)/python
 	clang-format -i $(CPP_FILES)
 
 # The thread sanitizer is slow, and tests without threads have nothing for it.
-THREADED_TESTS := *test_pool.cpp,*test_batch.cpp,*test_ode.cpp
-
 sanitize: build/system-test
-	for sanitizer in address,undefined thread; do \
+	for run in address,undefined:native_tests thread:threaded_tests; do \
+	  sanitizer=$${run%:*}; tests=$${run#*:}; \
 	  cmake -S . -B build/$$sanitizer -G Ninja -DSWARMEVO_TESTS=ON -DSWARMEVO_SANITIZE=$$sanitizer \
 	    -DCMAKE_BUILD_TYPE=RelWithDebInfo >build/cmake.log || { cat build/cmake.log; exit 1; }; \
-	  cmake --build build/$$sanitizer --target native_tests; \
-	  tests=; [ $$sanitizer != thread ] || tests="-sf=$(THREADED_TESTS)"; \
-	  UBSAN_OPTIONS=halt_on_error=1 build/$$sanitizer/native_tests "$$tests"; \
+	  cmake --build build/$$sanitizer --target $$tests; \
+	  UBSAN_OPTIONS=halt_on_error=1 build/$$sanitizer/$$tests; \
 	done
 
 # What they find beyond native/fuzz/corpus stays in build/fuzz/corpus; an input that fails is left in build/fuzz.
@@ -151,6 +150,13 @@ $(BIN)/python: | build/system
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
 	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" ./$(RIVALS)
 	touch $@
+
+# All extras at once: each installation takes its time.
+install: $(call needs,all)
+
+$(VENV)/installed-all: $(SOURCES) | $(BIN)/python build/system
+	$(BIN)/pip install -q -c constraints.txt ".[test,lint,docs]" ./$(RIVALS)
+	touch $(VENV)/installed $(addprefix $(VENV)/installed-,test lint docs) $@
 
 build/lowest/installed: $(SOURCES) constraints-lowest.txt | build/system
 	$(PYTHON) -m venv build/lowest

@@ -50,7 +50,7 @@ def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() ->
     installs = re.findall(
         r"\$\(BIN\)/pip install -q (?!\"\$\$)(.*)$", MAKEFILE, re.MULTILINE
     )  # but for ruff, of its own pin
-    assert len(installs) == 2
+    assert len(installs) == 3
     assert all("-c constraints.txt" in install and "$(RIVALS)" in install for install in installs)
 
 
