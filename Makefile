@@ -105,7 +105,7 @@ fuzz-native: build/system-fuzz
 	  -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo >build/cmake.log || \
 	  { cat build/cmake.log; exit 1; }
 	cmake --build build/fuzz
-	for target in scene network batch; do \
+	for target in scene network recurrent batch; do \
 	  mkdir -p build/fuzz/corpus/$$target; \
 	  ASAN_OPTIONS=allocator_may_return_null=1 UBSAN_OPTIONS=halt_on_error=1 build/fuzz/fuzz_$$target \
 	    -seed=$(FUZZ_SEED) -max_total_time=$(FUZZ_SECONDS) -max_len=1000 -timeout=20 -verbosity=0 -print_final_stats=1 \

@@ -24,7 +24,7 @@ struct Layer {
 // Of rows whose last entry is the bias if there is one.
 inline Layer make_layer(const Eigen::Ref<const RowMajor>& rows, std::int32_t has_bias) {
     Layer layer{rows.leftCols(rows.cols() - has_bias), Eigen::VectorXd::Zero(rows.rows())};
-    if (has_bias) layer.bias = rows.rightCols<1>();
+    if (has_bias && rows.rows() > 0) layer.bias = rows.rightCols<1>();  // without rows there is no data to point into
     return layer;
 }
 
