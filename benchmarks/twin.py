@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def twin(
             take instead of the config's.
     """
     robot, physics = config.robot, config.physics
-    parameters = {
+    parameters: dict[str, Any] = {
         "robot_mass": robot.mass,
         "robot_radius": robot.radius,
         "axle": robot.axle_length,
