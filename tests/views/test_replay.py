@@ -476,6 +476,7 @@ SCENES: dict[str, dict[str, Any]] = {
     "nothing": {
         "arena": {"shape": "rectangle", "sides": (2.0, 1.0)},
         "scene": {"movables": [], "emitters": [], "goals": []},
+        "fitness": {"coverage": {}, "hidden_neurons": {}},
     },
     "pucks": {"scene": {"movables": PUCKS, "goals": [{"region": (-0.5, 0.0, -0.5, 0.0)}, {"wall": "east"}]}},
     "round": {
