@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from benchmarks.twin import surroundings_of, twin
 from benchmarks.validation_scenes import Section, Settings, in_parallel, sound, table, turn, without_noise
 from benchmarks.validation_sensors import response
 from swarmevo.config import Config, models
-from swarmevo.protocols import FeedForward, FloatArray
+from swarmevo.protocols import BoolArray, FeedForward, FloatArray
 from swarmevo.simulation import EpisodeKey, Scene, simulate
 
 ROBOTS, MESSAGE = 8, 2
@@ -56,10 +56,10 @@ def random_config(number: int) -> Config:
         length, width = rng.uniform(0.05, 0.12, 2).tolist()
         return (length, length if round_one else width, 0.03)
 
-    anywhere = {"start": "random", "start_region": (-0.35, 0.35, -0.2, 0.4), "mass": 0.05}
-    shapes = ("cylinder", "box", "cylinder", "box")
+    anywhere: dict[str, Any] = {"start": "random", "start_region": (-0.35, 0.35, -0.2, 0.4), "mass": 0.05}
+    shapes: tuple[Literal["box", "cylinder"], ...] = ("cylinder", "box", "cylinder", "box")
     wall_x, wall_y, _ = place(0.0, -0.4)
-    emitters = (
+    emitters: tuple[dict[str, Any], ...] = (
         {"position": place(0.2, 0.3, 0.1), "range": 0.4, "strength": (1.0, 30.0)},
         {"rides_on": 1, "position": (0.04, -0.02, 0.03), "range": 0.25, "strength": (1.0, 30.0)},
         {"channel": "prey", "rides_on": 0, "position": (0.0, 0.0, 0.03), "strength": (1.0, 20.0)},
@@ -172,13 +172,13 @@ def distance_to_walls(config: Config, points: FloatArray) -> FloatArray:
     """Return how far points ``(..., 2)`` within the arena are from its walls, 0 beyond [m]."""
     arena = surroundings_of(config).arena
     if isinstance(arena, float):
-        return np.maximum(arena - np.hypot(points[..., 0], points[..., 1]), 0)
+        return np.asarray(np.maximum(arena - np.hypot(points[..., 0], points[..., 1]), 0))
     corners = np.array(arena)
     ways = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         along, away = end - start, points - start
         ways.append((along[0] * away[..., 1] - along[1] * away[..., 0]) / np.hypot(*along))
-    return np.maximum(np.min(ways, axis=0), 0)
+    return np.asarray(np.maximum(np.min(ways, axis=0), 0))
 
 
 def outline(thing: Movable, pose: FloatArray) -> FloatArray:
@@ -356,9 +356,9 @@ def check(seen: Sequence[Moment]) -> dict[str, Check]:
             expected[name].append(reading)
         clear.append(told)
     checks = {}
-    for name, readings in expected.items():
-        truth, found = np.array(readings), np.array([moment.observations[name] for moment in seen])
-        counts = np.array(clear) if name == "touch" else np.ones(truth.shape, dtype=bool)
+    for name, readings_of_all in expected.items():
+        truth, found = np.array(readings_of_all), np.array([moment.observations[name] for moment in seen])
+        counts: BoolArray = np.array(clear, dtype=np.bool_) if name == "touch" else np.ones(truth.shape, dtype=np.bool_)
         rest = {"rf": 1 / 30, "ground": 0.5}.get(name, 0.0)
         off = np.abs(found - truth)[counts]
         checks[name] = Check(
