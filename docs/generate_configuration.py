@@ -218,7 +218,8 @@ def _plugin_section(kind: str, field: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _options(kind: str, name: str, factory: Any, whose: str) -> Iterator[str]:
-    meanings = _arguments(inspect.getdoc(factory) or "")
+    family = reversed(inspect.getmro(factory)) if inspect.isclass(factory) else [factory]
+    meanings = {name: said for one in family for name, said in _arguments(inspect.getdoc(one) or "").items()}
     parameters = inspect.signature(factory, eval_str=True).parameters.values()
     rows = [
         (

@@ -18,6 +18,7 @@ from swarmevo.runs import driver, verification
 from swarmevo.runs.store import Store
 from swarmevo.testing import OptimiserTests
 from swarmevo_rivals.map_elites import MapElites
+from swarmevo_rivals.random_search import RandomSearch
 
 SPACE = GenomeSpace((Block("weights", (3,)), Block("switches", (2,), "switch")))
 PROBLEM = Problem(
@@ -91,11 +92,11 @@ def test_it_fills_a_map_better_than_random_search():
         described = np.column_stack([np.tanh(genomes[:, 0] / 4), 2 + 2 * np.tanh(genomes[:, 1] / 4)])
         return np.abs(genomes[:, 2:3]) * [1, 1], described
 
-    made, random = make(cells=10), make(cells=10)
+    made, random, chance = make(cells=10), make(cells=10), RandomSearch(SPACE, 20, 2, np.random.default_rng(1))
     for _ in range(100):
         genomes = made.ask()
         made.tell(genomes, *behave(genomes))
-        genomes = random._random(20)
+        genomes = chance.ask()
         random.tell(genomes, *behave(genomes))
     filled, by_chance = len(elites(made)), len(elites(random))
     assert filled > 1.5 * by_chance

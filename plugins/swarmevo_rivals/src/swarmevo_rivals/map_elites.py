@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from swarmevo.protocols import FloatArray, GenomeSpace, IntArray, Problem
+from swarmevo_rivals.genomes import random_genomes
 
 MOST_CELLS: Final = 1_000_000
 """Of a map."""
@@ -79,7 +80,7 @@ class MapElites:
         """Return genomes ``(n, size)``: children of elites; before there are any, those given and random ones."""
         if len(self._genomes):
             return self._children()
-        random = self._random(max(0, self._population - len(self._given)))
+        random = random_genomes(self._space, max(0, self._population - len(self._given)), self._rng)
         return np.concatenate([self._given, random])
 
     def tell(self, genomes: FloatArray, costs: FloatArray, descriptors: FloatArray) -> None:
@@ -115,15 +116,6 @@ class MapElites:
         along = np.clip((share * self._cells).astype(np.intp), 0, self._cells - 1)
         number: IntArray = np.ravel_multi_index(tuple(along.T), (self._cells,) * len(self._low)).astype(np.intp)
         return number
-
-    def _random(self, n: int) -> FloatArray:
-        """Return ``(n, size)``: weights of N(0, 1), or anywhere between their bounds, and switches on or off."""
-        genomes = self._rng.standard_normal((n, self._space.size))
-        low, high = self._space.bounds
-        bounded, rho = np.isfinite(low) & np.isfinite(high), self._space.is_switch
-        genomes[:, bounded] = self._rng.uniform(low[bounded], high[bounded], (n, np.count_nonzero(bounded)))
-        genomes[:, rho] = self._rng.random((n, np.count_nonzero(rho))) < 0.5
-        return np.clip(genomes, low, high)
 
     def _children(self) -> FloatArray:
         n, rho = self._population, self._space.is_switch

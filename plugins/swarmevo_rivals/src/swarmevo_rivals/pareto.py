@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Searches for a Pareto front by the library pymoo (Blank & Deb 2020): NSGA-II, NSGA-III, GDE3, SMS-EMOA, MOEA/D.
+
+Its algorithms are objects without a state that could be stored. But each is decided by its seed and by the costs that
+it was told: these are the state, and to continue is to tell it all of them once more.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from swarmevo.protocols import FloatArray, GenomeSpace, Problem
+from swarmevo_rivals.genomes import random_genomes
+
+
+class ParetoSearch(ABC):
+    """A search by an algorithm of pymoo.
+
+    Costs are given to it as shares of the objectives' ranges, 0 the best.
+
+    Args:
+        space: Layout of a genome.
+        population: Genomes of a generation.
+        objectives: Number of costs.
+        rng: The only source of randomness.
+        problem: Ranges of the objectives.
+        reach: Genes without bounds of their own lie between minus this and this; pymoo needs bounds.
+
+    Raises:
+        ValueError: An option is out of its range, or there are too few objectives or genomes for the algorithm.
+    """
+
+    least_objectives: ClassVar[int] = 1
+    least_population: ClassVar[int] = 2
+
+    def __init__(
+        self,
+        space: GenomeSpace,
+        population: int,
+        objectives: int,
+        rng: np.random.Generator,
+        problem: Problem,
+        *,
+        reach: float = 5.0,
+    ) -> None:
+        if not isinstance(reach, (int, float)) or not 0 < reach < math.inf:
+            raise ValueError(f"reach: expected a number above 0, got {reach!r}")
+        if objectives < self.least_objectives:
+            raise ValueError(
+                f"objectives: expected at least {self.least_objectives}, got {objectives}; choose a fitness beside"
+            )
+        if population < self.least_population:
+            raise ValueError(f"population: expected a number of at least {self.least_population}, got {population}")
+        self._space, self._population, self._objectives, self._rng = space, population, objectives, rng
+        low, high = space.bounds
+        self._low, self._high = np.maximum(low, -reach), np.minimum(high, reach)
+        self._low[space.is_switch], self._high[space.is_switch] = 0.0, 1.0
+        ranges = [(one.worst, one.is_maximised, one.range) for one in problem.objectives]
+        self._best = np.array([-high if maximised else low for _, maximised, (low, high) in ranges])
+        self._width = np.array([high - low for _, _, (low, high) in ranges])
+        self._seed = int(rng.integers(2**31))
+        self._first = np.clip(random_genomes(space, population, rng), self._low, self._high)
+        self._told: list[FloatArray] = []
+        self._asked: Any = None
+        self._begin()
+
+    def start_from(self, genomes: FloatArray) -> None:
+        """Begin from ``genomes`` ``(k, size)``; what the population has more is random, of more the first are taken."""
+        given = np.clip(genomes[: self._population], self._low, self._high)
+        self._first = np.concatenate([given, self._first[len(given) :]])
+        self._begin()
+
+    def ask(self) -> FloatArray:
+        """Return genomes ``(n, size)``: the population at first, then its children.
+
+        Where the algorithm finds no child that it has not had, they are random.
+        """
+        self._asked = self._made.ask()
+        if self._asked is None or not len(self._asked):
+            self._asked = None
+            return np.clip(random_genomes(self._space, self._population, self._rng), self._low, self._high)
+        return np.array(self._asked.get("X"), dtype=np.float64)
+
+    def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
+        """Give the costs ``(n, objectives)`` of the genomes asked for to the algorithm."""
+        share = (costs - self._best) / self._width
+        self._told.append(share)
+        self._advance(share)
+
+    def state(self) -> dict[str, Any]:
+        """Return what the algorithm began with and all that it was told."""
+        return {
+            "seed": self._seed,
+            "first": self._first.copy(),
+            "told": np.concatenate([np.empty((0, self._objectives)), *self._told]),
+            "counts": [len(share) for share in self._told],
+            "rng": self._rng.bit_generator.state,
+            "pymoo": _version(),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Continue from ``state``, by telling the algorithm all of it once more.
+
+        Raises:
+            ValueError: It is that of another version of pymoo, which would go on otherwise.
+        """
+        if state["pymoo"] != _version():
+            raise ValueError(
+                f"expected pymoo {state['pymoo']}, with which the run was begun, got {_version()}; install that"
+            )
+        self._seed, self._first = int(state["seed"]), np.array(state["first"])
+        ends = np.cumsum([int(count) for count in state["counts"]], dtype=np.intp)
+        self._told = np.split(np.array(state["told"]), ends[:-1]) if len(ends) else []
+        self._begin()
+        for share in self._told:
+            self.ask()
+            self._advance(share)
+        self._rng.bit_generator.state = state["rng"]
+
+    @abstractmethod
+    def _algorithm(self, first: FloatArray) -> Any:
+        """Return pymoo's algorithm with the first population."""
+
+    def _begin(self) -> None:
+        from pymoo.core.problem import Problem as Bounded
+        from pymoo.core.termination import NoTermination
+
+        bounded = Bounded(n_var=self._space.size, n_obj=self._objectives, xl=self._low, xu=self._high)
+        self._made = self._algorithm(self._first.copy())
+        self._made.setup(bounded, termination=NoTermination(), seed=self._seed, verbose=False)
+        self._asked = None
+
+    def _advance(self, share: FloatArray) -> None:
+        if self._asked is not None:
+            self._asked.set("F", share)
+            self._made.tell(infills=self._asked)
+
+    def _directions(self) -> FloatArray:
+        """Return directions in the objectives' space, as many as the population has room for (Das & Dennis 1998)."""
+        from pymoo.util.ref_dirs import get_reference_directions
+
+        parts = 1
+        while math.comb(parts + self._objectives, self._objectives - 1) <= self._population:
+            parts += 1
+        found: FloatArray = get_reference_directions("das-dennis", self._objectives, n_partitions=parts)
+        return found
+
+
+class NSGA2(ParetoSearch):
+    """NSGA-II (Deb et al. 2002): ranks by domination, then by the distance to the neighbours on the front."""
+
+    def _algorithm(self, first: FloatArray) -> Any:
+        from pymoo.algorithms.moo import nsga2
+
+        return nsga2.NSGA2(pop_size=self._population, sampling=first)
+
+
+class NSGA3(ParetoSearch):
+    """NSGA-III (Deb & Jain 2014): for three objectives and more; spreads along directions through their space."""
+
+    least_objectives = 2
+
+    def _algorithm(self, first: FloatArray) -> Any:
+        from pymoo.algorithms.moo import nsga3
+
+        return nsga3.NSGA3(self._directions(), pop_size=self._population, sampling=first)
+
+
+class GDE3(ParetoSearch):
+    """GDE3 (Kukkonen & Lampinen 2005): differential evolution for several objectives, the nearest to PDE."""
+
+    least_population = 4
+
+    def _algorithm(self, first: FloatArray) -> Any:
+        from pymoo.algorithms.moo import gde3
+
+        return gde3.GDE3(pop_size=self._population, sampling=first)
+
+
+class SMSEMOA(ParetoSearch):
+    """SMS-EMOA (Beume et al. 2007): drops who adds least to the hypervolume."""
+
+    least_objectives = 2
+
+    def _algorithm(self, first: FloatArray) -> Any:
+        from pymoo.algorithms.moo import sms
+
+        return sms.SMSEMOA(pop_size=self._population, sampling=first)
+
+
+class MOEAD(ParetoSearch):
+    """MOEA/D (Zhang & Li 2007): a weighted problem for each of many directions, neighbours help each other.
+
+    A generation is asked at once, each child for the problem of a random direction. The population is as large as there
+    are directions, at most as large as is set.
+    """
+
+    least_objectives = 2
+    least_population = 4
+
+    def _algorithm(self, first: FloatArray) -> Any:
+        from pymoo.algorithms.moo.moead import ParallelMOEAD
+
+        directions = self._directions()
+        return ParallelMOEAD(directions, n_neighbors=min(20, len(directions)), sampling=first[: len(directions)])
+
+
+def _version() -> str:
+    import pymoo
+
+    return str(pymoo.__version__)
