@@ -405,7 +405,7 @@ def test_a_run_of_an_older_schema_is_told_so_and_left_alone(tmp_path: Path) -> N
     before = (folder / DATABASE_FILE).read_bytes()
     for readonly in (True, False):
         with pytest.raises(
-            StoreError, match="expected schema version 4 or 5, got 3; use an older swarmevo for this run"
+            StoreError, match="expected schema version 4 to 7, got 3; use an older swarmevo for this run"
         ):
             Store.open(folder, readonly=readonly)
     assert (folder / DATABASE_FILE).read_bytes() == before
