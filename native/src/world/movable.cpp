@@ -137,7 +137,7 @@ void Movable::take_by_walls(Load& load) const {
         const Vector out = {-wall.normal_x, -wall.normal_y, 0};
         const double press = load.x * out[0] + load.y * out[1];
         const double to_wall = wall.offset - (place_.x * out[0] + place_.y * out[1]);
-        double least = INFINITY, most = -INFINITY;  // where along the wall corners touch it [m]
+        double least = HUGE_VAL, most = -HUGE_VAL;  // where along the wall corners touch it [m]
         const auto touch = [&](const Vector& to) {
             if (to[0] * out[0] + to[1] * out[1] < to_wall - kTouchingGap) return;
             least = std::min(least, to[1] * out[0] - to[0] * out[1]);
