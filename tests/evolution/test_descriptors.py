@@ -32,6 +32,8 @@ from swarmevo.runs.schema import DESCRIBED, SCHEMA_VERSION
 from swarmevo.runs.store import Store
 from swarmevo.runs.verification import verify
 from swarmevo.testing import random_genomes
+from swarmevo.views import figures
+from swarmevo.views.report import page as report
 
 PLACES = (Descriptor("end_x", (-0.5, 0.5)), Descriptor("end_y", (-0.5, 0.5)))
 
@@ -360,3 +362,28 @@ def test_an_episode_that_failed_has_no_descriptors(tmp_path: Path) -> None:
     rows = json.loads(text.getvalue())
     place = list(rows["columns"]).index("end_x")
     assert {row[place] is None for row in rows["episodes"]} == {True, False}
+
+
+def test_the_map_has_the_best_of_each_cell(tmp_path: Path) -> None:
+    folder = run(tmp_path / "run", described(team={"start": "random"}))
+    picture = figures.behaviour_map(folder, cells=4)
+    (mesh,) = picture.axes[0].collections
+    drawn = np.ma.filled(mesh.get_array(), np.nan)
+    with Store.open(folder) as store:
+        found = store.individuals()
+    expected = np.full((4, 4), np.nan)
+    for (x, y), travel in zip(found.descriptors, found.objectives[:, 0], strict=True):
+        cell = min(3, int((y + 0.5) * 4)), min(3, int((x + 0.5) * 4))
+        expected[cell] = np.nanmax([expected[cell], travel])
+    assert np.isfinite(expected).sum() >= 3
+    assert np.array_equal(drawn.reshape(4, 4), expected, equal_nan=True)
+    assert picture.axes[0].get_title("left") == f"{np.isfinite(expected).sum()} of 16 cells filled"
+    assert "behaviour_map" in dict(figures.every(folder))
+    assert "kind of behaviour" in report.page([folder])
+
+
+def test_a_map_needs_two_descriptors(tmp_path: Path) -> None:
+    folder = run(tmp_path / "run", toy_plugins.config())
+    with pytest.raises(ValueError, match="behaviour_map: expected a run with two descriptors, got 0"):
+        figures.behaviour_map(folder)
+    assert "behaviour_map" not in dict(figures.every(folder))

@@ -13,6 +13,7 @@ vision can tell apart; lines and markers differ too, for print without colour.
 """
 
 from swarmevo.views.figures.behaviour import occupancy, paths
+from swarmevo.views.figures.maps import behaviour_map
 from swarmevo.views.figures.networks import has_network, network
 from swarmevo.views.figures.objectives import attainment, evolution, fronts, hypervolume
 from swarmevo.views.figures.source import Run
@@ -20,6 +21,6 @@ from swarmevo.views.figures.style import CYCLE, INK, MARKERS, STYLES, Picture
 from swarmevo.views.figures.writing import every, svg, write
 
 __all__ = [
-    "CYCLE", "INK", "MARKERS", "STYLES", "Picture", "Run", "attainment", "every", "evolution", "fronts", "has_network",
-    "hypervolume", "network", "occupancy", "paths", "svg", "write",
+    "CYCLE", "INK", "MARKERS", "STYLES", "Picture", "Run", "attainment", "behaviour_map", "every", "evolution",
+    "fronts", "has_network", "hypervolume", "network", "occupancy", "paths", "svg", "write",
 ]  # fmt: skip

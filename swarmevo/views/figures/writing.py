@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from swarmevo.analysis import assessment
 from swarmevo.runs import files
-from swarmevo.views.figures import behaviour, networks, objectives, style
+from swarmevo.views.figures import behaviour, maps, networks, objectives, style
 from swarmevo.views.figures.source import Run, opened
 from swarmevo.views.figures.style import Picture
 
@@ -32,6 +32,8 @@ def every(run: Run) -> Iterator[tuple[str, Picture]]:
             yield "evolution", objectives.evolution(store)
         if len(store.objectives) == 2 and len(store.trials()) > 1:
             yield "attainment", objectives.attainment(store)
+        if len(store.descriptors) > 1:
+            yield "behaviour_map", maps.behaviour_map(store)
         seen = assessment.watch(store)
         yield "paths", behaviour.paths(seen)
         yield "occupancy", behaviour.occupancy(seen)

@@ -131,6 +131,9 @@ def _evolution(store: Store) -> Iterator[Figure]:
     if len(store.objectives) == 2 and len(store.trials()) > 1:
         caption = "Attainment: the trade-offs that any, half and all of the trials reached."
         yield _figure(figures.attainment(store), caption)
+    if len(store.descriptors) > 1:
+        caption = "The best individual of each kind of behaviour, of all trials; white: nobody behaved so."
+        yield _figure(figures.behaviour_map(store), caption)
 
 
 def _drawn(run: Run) -> list[str]:
