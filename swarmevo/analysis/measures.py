@@ -46,7 +46,7 @@ def measures_of(settings: Config, objectives: Sequence[Objective]) -> Measures:
     """Return a task's measures of success."""
     scene = surroundings(settings)
     movables, goals, emitters = scene.movables or (), scene.goals or (), layout.homing_emitters(scene)
-    one_box = [movable.shape for movable in movables] == ["box"]
+    one_box = layout.has_one_box(scene)
     push = bool(movables and goals)
     return Measures(
         homing=bool(emitters),

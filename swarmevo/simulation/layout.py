@@ -103,6 +103,11 @@ def obstacle_distance(scene: Surroundings, places: FloatArray) -> FloatArray:
     return nearest
 
 
+def has_one_box(scene: Surroundings) -> bool:
+    """Return whether what robots can push is one box, as in the paper."""
+    return [movable.shape for movable in scene.movables or ()] == ["box"]
+
+
 # ---- emitters --------------------------------------------------------------------------------------------------------
 
 

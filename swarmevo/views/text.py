@@ -43,11 +43,6 @@ def label(objective: Objective) -> str:
     return f"{words(objective.name)} ({'more' if objective.is_maximised else 'less'} is better)"
 
 
-def has_one_box(scene: Surroundings) -> bool:
-    """Return whether what robots can push is one box, as in the paper."""
-    return [movable.shape for movable in scene.movables or ()] == ["box"]
-
-
 def delivery(scene: Surroundings) -> str:
     """Return what a push is in a scene: that all movables have been at a goal; empty: there is nothing to bring."""
     movables, goals = scene.movables or (), scene.goals or ()

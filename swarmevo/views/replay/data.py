@@ -112,7 +112,7 @@ def _legend(config: Config) -> list[tuple[str, str]]:
         ("signal", "RF signal"): bool(layout.radio_emitters(seen)),
         ("light", "light"): len(layout.radio_emitters(seen)) < len(seen.emitters or ()),
         ("infrared", "infrared"): "infrared" in sensed,
-        ("touch", "box sensor" if text.has_one_box(seen) else "touch sensor"): "touch" in sensed
+        ("touch", "box sensor" if layout.has_one_box(seen) else "touch sensor"): "touch" in sensed
         and bool(seen.movables),
         ("heard", "range and bearing"): "range_and_bearing" in sensed and config.team.robots > 1,
         ("message", "with a message"): scene_info(config).message > 0 and config.team.robots > 1,

@@ -162,7 +162,7 @@ def _behaviour(store: Store, run: Run) -> tuple[list[Figure], str]:
         f"Paths of individual {best} in a fresh test (the paper's Fig. 5). "
         f"{'; '.join(['Circles: the start', 'discs: the end', *_drawn(run)])}.",
     )
-    pushed = "the box" if text.has_one_box(run.scene) else "what they push"
+    pushed = "the box" if layout.has_one_box(run.scene) else "what they push"
     outlines = f" Outlines: {pushed} at the end of each test." if run.scene.movables else ""
     occupancy = _figure(figures.occupancy(seen), f"Where its robots spend their time.{outlines}")
     return [paths, occupancy], ""
