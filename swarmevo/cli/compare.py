@@ -10,7 +10,17 @@ from typing import Annotated
 import typer
 
 from swarmevo.cli import streams
-from swarmevo.cli.common import USAGE, AsJson, Workers, app, exit_with, interruptible, say, worker_count
+from swarmevo.cli.common import (
+    USAGE,
+    AsJson,
+    Workers,
+    app,
+    exit_with,
+    interruptible,
+    say,
+    say_changed_plugins,
+    worker_count,
+)
 
 
 @app.command()
@@ -39,6 +49,8 @@ def compare(
         stores = {
             name: [opened.enter_context(Store.open(folder)) for folder in folders] for name, folders in groups.items()
         }
+        for store in (one for members in stores.values() for one in members):
+            say_changed_plugins(store)
         with interruptible("what was tested is stored; once more goes on from there") as stop:
             found = comparison.compare(stores, repeats, worker_count(workers), say, stop)
     if as_json:

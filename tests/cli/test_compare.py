@@ -165,3 +165,10 @@ def test_one_run_is_compared_with_nothing(
     done = swarmevo_("compare", *(runs[i] for i in names))
     assert done.code == 2
     assert message in done.errors[0]
+
+
+def test_a_changed_plugin_is_told(runs: list[Path], swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("swarmevo.runs.driver.changed_plugins", lambda store: f"{store.folder.name} was changed")
+    done = swarmevo_("compare", *runs[:2], "--repeats", 1)
+    told = [line for line in done.err.splitlines() if line.startswith("warning: ")]
+    assert told == ["warning: seed-1 was changed", "warning: seed-2 was changed"]
