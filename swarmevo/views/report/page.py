@@ -79,5 +79,6 @@ def page(folders: Sequence[Path], observe: Callable[[str], None] = lambda what: 
         articles=articles,
         version=__version__,
         data=embedded,
+        charts=html.asset(_PACKAGE, "charts.js"),
         script=html.asset(_PACKAGE, "report.js"),
     )
