@@ -44,6 +44,7 @@ class BoxPushing:
         if not isinstance(strength, (int, float)) or not 0 < strength < np.inf:
             raise ValueError(f"strength: expected a number above 0, got {strength!r}")
         self._sum_covers: SumCovers = sum_covers
+        self._has_pushing = scene is None or scene.movables > 0
         self.objectives = (Objective("box_pushing", "maximise", (0.0, 2.0 * strength)),)
 
     def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
@@ -53,9 +54,10 @@ class BoxPushing:
         return np.array([[self._f1(*episode)] for episode in episodes]).reshape(-1, 1)
 
     def terms(self, telemetry: Telemetry) -> dict[str, FloatArray]:
-        """Return the two terms of eq. 1, ``(episodes, steps)`` each, mean over the robots."""
+        """Return the terms of eq. 1, ``(episodes, steps)`` each, mean over the robots; without a box the first alone."""
         motion, pushing = _terms(telemetry.infrared, telemetry.touch, telemetry.rf, telemetry.command)
-        return {"homing": motion.mean(axis=-1), "pushing": pushing.mean(axis=-1)}
+        terms = {"homing": motion.mean(axis=-1), "pushing": pushing.mean(axis=-1)}
+        return terms if self._has_pushing else {"homing": terms["homing"]}
 
     def _f1(self, infrared: FloatArray, touch: FloatArray, rf: FloatArray, command: FloatArray) -> float:
         """Return F1 of one episode: channels without their first axis."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from swarmevo.analysis.fronts import Cost
     from swarmevo.analysis.measures import Measures
     from swarmevo.analysis.table_ii import Outcome, PaperRow
-    from swarmevo.config import Surroundings
+    from swarmevo.config import Emitter, Surroundings
     from swarmevo.protocols import Objective
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
@@ -41,6 +41,17 @@ def words(name: str) -> str:
 def label(objective: Objective) -> str:
     """Return an objective's name as people read it, with the direction that is better."""
     return f"{words(objective.name)} ({'more' if objective.is_maximised else 'less'} is better)"
+
+
+def source(emitters: Sequence[Emitter]) -> str:
+    """Return what the emitters are that robots home in on: a source, heard within its range only, or a beacon."""
+    is_hidden = all(emitter.reach == "range" and emitter.rides_on is None for emitter in emitters)
+    return "source" if is_hidden else "beacon"
+
+
+def homing(emitters: Sequence[Emitter]) -> str:
+    """Return which robots have homed in on the emitters; empty: there is nothing to home in on."""
+    return f"robots at {'a' if len(emitters) > 1 else 'the'} {source(emitters)}" if emitters else ""
 
 
 def delivery(scene: Surroundings) -> str:

@@ -56,6 +56,13 @@ def episode(infrared=0.0, touch=0.0, rf=1.0, command=(0.0, 0.0), steps=4, robots
     )
 
 
+def test_without_anything_to_push_there_is_no_term_of_pushing():
+    world = {"scene": {"emitters": [{"channel": "rf", "strength": [1.0, 50.0]}]}}
+    nothing = SceneInfo(robots=1, control_steps=4, control_period=0.1, movables=0, world=world)
+    assert list(BoxPushing(scene=nothing).terms(episode())) == ["homing"]
+    assert list(BoxPushing().terms(episode())) == ["homing", "pushing"]
+
+
 def f1(telemetry, **options):
     return BoxPushing(**options).evaluate(telemetry, NO_GENOMES, SwitchCounter())[:, 0].tolist()
 

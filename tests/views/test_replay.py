@@ -543,7 +543,7 @@ def test_a_caption_tells_only_what_a_scene_has(films: dict[str, Recording]) -> N
     told = {name: [label for label, _ in replay_data.facts(film)[2:]] for name, film in films.items()}
     assert told["nothing"] == []
     assert told["pucks"] == ["robots at the source", "all at a goal", "at a goal in the end"]
-    assert told["round"] == ["robots at the source", "box at the goal"]
+    assert told["round"] == ["robots at the beacon", "box at the goal"]
     assert told["polygon"] == ["robots at the source"]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from swarmevo.analysis.fronts import Cost
 from swarmevo.analysis.table_ii import PAPER
-from swarmevo.config import Config, surroundings
+from swarmevo.config import Config, Emitter, surroundings
 from swarmevo.protocols import Objective
 from swarmevo.runs.records import Totals
 from swarmevo.views import text
@@ -102,3 +102,16 @@ def test_a_push_is_named_as_the_scene_has_it(scene: dict[str, Any], delivered: s
     spelled = surroundings(Config.model_validate({"scene": scene}))
     assert text.delivery(spelled) == delivered
     assert text.delivery_distance(spelled) == distance
+
+
+@pytest.mark.parametrize(
+    ("emitters", "expected"),
+    [
+        ([], ""),
+        ([{}], "robots at the source"),
+        ([{"reach": "arena"}], "robots at the beacon"),
+        ([{"rides_on": 0}, {"rides_on": 1}], "robots at a beacon"),
+    ],
+)
+def test_who_has_homed_in_on_what(emitters: list[dict[str, Any]], expected: str) -> None:
+    assert text.homing([Emitter(**one) for one in emitters]) == expected

@@ -135,8 +135,8 @@ def _edges(low: float, high: float) -> FloatArray:
 def _outcome(seen: Recording, episode: int) -> str:
     homing, push = seen.telemetry.homing_time[episode], seen.telemetry.push_time[episode]
     scene, told = surroundings(seen.config), []
-    if layout.homing_emitters(scene):
-        told.append(f"{np.isfinite(homing).sum()} of {len(homing)} robots at the source")
+    if home := text.homing(layout.homing_emitters(scene)):
+        told.append(f"{np.isfinite(homing).sum()} of {len(homing)} {home}")
     if delivered := text.delivery(scene):
         told.append(f"{delivered} {text.moment(float(push))}")
     return ", ".join(told) or f"{text.count(len(homing), 'robot')}, {text.horizon(seen.config.episode.horizon)}"

@@ -155,9 +155,9 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     if recording.complexity not in recording.values[0]:  # else an objective tells it
         said.append(("hidden neurons", f"{recording.complexity:g}"))
     seen = surroundings(recording.config)
-    if layout.homing_emitters(seen):
+    if homing := text.homing(layout.homing_emitters(seen)):
         came = ", ".join([f"{len(home)} of {robots}", *([text.span(home.tolist())] if len(home) else [])])
-        said.append(("robots at the source", came))
+        said.append((homing, came))
     if delivered := text.delivery(seen):
         said.append((delivered, text.moment(float(telemetry.push_time[0]))))
     is_over = recording.config.episode.until == "push" and not math.isnan(telemetry.push_time[0])

@@ -139,7 +139,8 @@ def _evolution(store: Store) -> Iterator[Figure]:
 def _drawn(run: Run) -> list[str]:
     """Return what the marks of a scene in a figure of paths are."""
     scene, goals = run.scene, run.scene.goals or ()
-    source = "emitter" if layout.radio_emitters(scene) else "light"
+    homing = layout.homing_emitters(scene)
+    source = text.source(homing) if homing else "light"
     marks = [f"star and dotted circle: the {source} and its range"] if scene.emitters else []
     if any(goal.wall for goal in goals):
         marks.append("green: the target wall")

@@ -78,6 +78,11 @@ class Run:
         scene = surroundings(store.config)
         return cls(number, name, summary, assessment.stored(store), points, best, episodes, faults, scene)
 
+    @property
+    def homing(self) -> str:
+        """Which robots have homed in on something; empty: there is nothing to home in on."""
+        return text.homing(layout.homing_emitters(self.scene))
+
     def tested(self, point: FrontPoint) -> Tested | None:
         """Return what the tests say of a point, if it was tested."""
         controllers = self.tests.controllers if self.tests else []
@@ -130,8 +135,8 @@ def _no_replay(fault: str | None) -> list[tuple[str, str]]:
 def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
     """Return what is said of a point beside the chart: names and values."""
     facts = [(text.words(name), text.number(value)) for name, value in point.objectives.items()]
-    if layout.homing_emitters(run.scene):
-        facts.append(("robots at the source", text.rate(point.homing_rate, point.homing_time)))
+    if run.homing:
+        facts.append((run.homing, text.rate(point.homing_rate, point.homing_time)))
     if delivered := text.delivery(run.scene):
         facts.append((delivered, text.rate(point.push_rate, point.push_time)))
     facts += [

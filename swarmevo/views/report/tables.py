@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from swarmevo.analysis.table_ii import PAPER, Assessment, Outcome, PaperRow
 from swarmevo.protocols import Objective
-from swarmevo.simulation import layout
 from swarmevo.views import text
 from swarmevo.views.report.run import Run
 
@@ -36,7 +35,7 @@ def front(run: Run) -> Table:
     rows = [
         [
             *map(text.number, point.objectives.values()),
-            *([text.rate(point.homing_rate, point.homing_time)] if layout.homing_emitters(run.scene) else []),
+            *([text.rate(point.homing_rate, point.homing_time)] if run.homing else []),
             *([text.rate(point.push_rate, point.push_time)] if delivered else []),
             *map(text.percent, point.success_rates.values()),
             str(point.episodes),
@@ -47,7 +46,7 @@ def front(run: Run) -> Table:
         for point in run.points
     ]
     measured = [
-        *(["robots at the source"] if layout.homing_emitters(run.scene) else []),
+        *([run.homing] if run.homing else []),
         *([delivered] if delivered else []),
         *map(text.success, run.summary.measures.successes),
     ]
@@ -60,7 +59,7 @@ def table_ii(run: Run, tests: Assessment) -> Table:
         rows = [[str(row.robots), *text.measured(row, tests.measures)] for row in tests.rows]
         return Table(["robots", *_heads(run, tests)], rows)
     paper = {row.robots: row for row in PAPER}
-    heads = ["robots", "robots at the source", "any", "all", "time taken", text.delivery(run.scene), "time taken"]
+    heads = ["robots", run.homing, "any", "all", "time taken", text.delivery(run.scene), "time taken"]
     return Table(
         [*heads, *map(text.success, tests.measures.successes)],
         [_table_ii_row(row, paper.get(row.robots)) for row in tests.rows],
@@ -69,7 +68,7 @@ def table_ii(run: Run, tests: Assessment) -> Table:
 
 def _heads(run: Run, tests: Assessment) -> list[str]:
     objectives = tests.rows[0].objectives if tests.rows else ()
-    return text.measured_heads(tests.measures, objectives, "robots at the source", text.delivery(run.scene))
+    return text.measured_heads(tests.measures, objectives, run.homing, text.delivery(run.scene))
 
 
 def _table_ii_row(row: Outcome, paper: PaperRow | None) -> list[str | Beside]:
