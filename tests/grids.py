@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace as replace
 from typing import Any
 
 import numpy as np
@@ -25,3 +26,11 @@ def results(seconds: float = 0.0, **columns: NDArray[Any]) -> Results:
     individual, repeat = np.indices(shape).reshape(2, -1)
     flat = {name: values.reshape(len(repeat), *values.shape[2:]) for name, values in columns.items()}
     return Results(individual=individual, repeat=repeat, values=flat, faults=("",) * len(repeat), seconds=seconds)
+
+
+def scored(objective: NDArray[np.float64]) -> Results:
+    """Return results of episodes of one robot that left nothing but objectives ``(individuals, repeats, m)``."""
+    shape = objective.shape[:2]
+    none = {name: np.zeros(shape, dtype=np.uint32) for name in ("ode_messages", "unsolved_steps")}
+    times = {"push_time": np.full(shape, np.nan), "homing_time": np.full((*shape, 1), np.nan)}
+    return results(objective=objective, hash=np.zeros(shape, dtype=np.uint64), **none, **times)

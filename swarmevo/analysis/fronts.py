@@ -9,18 +9,21 @@ worse end of each objective's range, in the objectives' own units.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
-import moocore
 import numpy as np
 
 from swarmevo import config
+from swarmevo.analysis import dominance
+from swarmevo.analysis.course import Step as Step
+from swarmevo.analysis.course import history as history
+from swarmevo.analysis.dominance import hypervolume as hypervolume
+from swarmevo.analysis.dominance import non_dominated as non_dominated
 from swarmevo.analysis.measures import Measures, measures_of
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget
-from swarmevo.protocols import BoolArray, Descriptor, FloatArray, IntArray, Objective
+from swarmevo.protocols import BoolArray, Descriptor, IntArray, Objective
 from swarmevo.runs.records import Totals
 from swarmevo.runs.store import Store
 from swarmevo.testing import random_genomes
@@ -59,23 +62,6 @@ class FrontPoint:
     """For each objective that says what a success is, the share of episodes that were one."""
     success_intervals: dict[str, tuple[float, float]]
     """Likewise."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """How far a trial had come with a generation."""
-
-    generation: int
-    episodes: int
-    """That the trial has spent, with those of this generation."""
-    hypervolume: float
-    front_size: int
-    new_genomes: int
-    """In this generation, which no generation of its trial had before. 0: the search stood still, or it refined."""
-    refining: bool
-    """Whether the generation was for evaluating again what is there (``evolution.refine``)."""
-    best: dict[str, float]
-    """The best mean of each objective, on the front."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +123,7 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
     """Return the non-dominated individuals of a trial, or of all trials, the best first objective first."""
     found = store.individuals(trial)
     known = np.flatnonzero(_are_known(found.episodes, store.config.evolution.least_episodes))
-    best_first = known[_non_dominated(store.objectives, found.objectives[known])]
+    best_first = known[dominance.places(store.objectives, found.objectives[known])]
     names = [objective.name for objective in store.objectives]
     successes = {k: objective.name for k, objective in enumerate(store.objectives) if objective.success is not None}
     return [
@@ -166,106 +152,10 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
     ]
 
 
-def history(store: Store, trial: int) -> list[Step]:
-    """Return how far a trial had come with each generation, judged by what was known then.
-
-    The front is that of all individuals so far. An individual's mean may fall when it is evaluated again, and the
-    hypervolume with it.
-
-    The time is linear in the number of generations: the mean of a genome that is not evaluated again stays as it is, so
-    that of all such genomes their front is enough.
-    """
-    summaries = list(store.summaries(trial))
-    least = store.config.evolution.least_episodes
-    last = {genome: summary.number for summary in summaries for genome in summary.genomes.tolist()}
-    totals: dict[int, FloatArray] = {}  # genome that is evaluated again: sum over its episodes in each world
-    counts: dict[int, IntArray] = {}
-    settled = np.empty((0, len(store.objectives)))  # the front of the others' means
-    unsure = [(settled, np.empty(0, dtype=np.intp))]  # means and episodes of those with too few, while all have
-    seen: set[int] = set()
-    budget, spent = Budget(store.config.evolution), 0
-    steps = []
-    for summary in summaries:
-        before = len(seen)
-        seen.update(summary.genomes.tolist())
-        for genome, sums, count in zip(summary.genomes.tolist(), summary.sums, summary.counts, strict=True):
-            totals[genome] = totals.get(genome, 0.0) + sums
-            counts[genome] = counts.get(genome, 0) + count
-        n = np.array([counts[genome] for genome in totals])
-        means = store.over_worlds(np.array(list(totals.values())) / n[..., np.newaxis])
-        over = np.array([last[genome] == summary.number for genome in totals])
-        episodes = n.sum(axis=1)
-        known = episodes >= least
-        points = _front_of(store.objectives, settled, means[known])
-        if not len(points):  # nobody has enough: those with the most
-            all_means, all_episodes = (np.concatenate(part) for part in zip(*unsure, (means, episodes), strict=True))
-            points = _front_of(store.objectives, all_means[all_episodes == all_episodes.max()])
-            unsure.append((means[over], episodes[over]))
-        refining = budget.is_for_refining(summary.number, spent)
-        spent += summary.episodes
-        steps.append(_step(store.objectives, summary.number, spent, points, len(seen) - before, refining))
-        settled = _front_of(store.objectives, settled, means[over & known])
-        for genome in [genome for genome in totals if last[genome] == summary.number]:
-            del totals[genome], counts[genome]
-    return steps
-
-
 def _are_known(episodes: IntArray, least: int) -> BoolArray:
     """Return ``(n,)``: who has enough episodes to be judged; if nobody has, who has the most."""
     known: BoolArray = episodes >= min(least, int(episodes.max(initial=0)))
     return known
-
-
-def _step(
-    objectives: Sequence[Objective],
-    generation: int,
-    episodes: int,
-    points: FloatArray,
-    new_genomes: int,
-    refining: bool,
-) -> Step:
-    return Step(
-        generation=generation,
-        episodes=episodes,
-        hypervolume=hypervolume(objectives, points),
-        front_size=len(points),
-        new_genomes=new_genomes,
-        refining=refining,
-        best={o.name: _best(o, points[:, k]) for k, o in enumerate(objectives)},
-    )
-
-
-def _front_of(objectives: Sequence[Objective], *parts: FloatArray) -> FloatArray:
-    """Return the non-dominated rows of several arrays ``(n, m)``."""
-    return non_dominated(objectives, np.concatenate(parts))
-
-
-def hypervolume(objectives: Sequence[Objective], points: FloatArray) -> float:
-    """Return the volume that ``points`` ``(n, m)`` dominate, against the worse end of each objective's range."""
-    reference = [objective.worst for objective in objectives]
-    return float(moocore.hypervolume(points, ref=reference, maximise=_maximised(objectives)))
-
-
-def _non_dominated(objectives: Sequence[Objective], points: FloatArray) -> IntArray:
-    """Return the indices of the non-dominated rows, one of each kind, the best first objective first."""
-    if len(points) == 0:
-        return np.empty(0, dtype=np.intp)
-    chosen = np.flatnonzero(moocore.is_nondominated(points, maximise=_maximised(objectives)))
-    first = points[chosen, 0]
-    return chosen[np.argsort(-first if objectives[0].is_maximised else first, kind="stable")]
-
-
-def non_dominated(objectives: Sequence[Objective], points: FloatArray) -> FloatArray:
-    """Return the non-dominated rows of ``points`` ``(n, m)``, one of each kind, the best first objective first."""
-    return points[_non_dominated(objectives, points)]
-
-
-def _maximised(objectives: Sequence[Objective]) -> list[bool]:
-    return [objective.is_maximised for objective in objectives]
-
-
-def _best(objective: Objective, values: FloatArray) -> float:
-    return float(values.max() if objective.is_maximised else values.min())
 
 
 def _interval(rate: float, episodes: int) -> tuple[float, float]:

@@ -40,27 +40,35 @@ def damaged_genomes(database: sqlite3.Connection) -> Iterator[str]:
 
 
 def generations(
-    database: sqlite3.Connection, episode_columns: Sequence[str]
+    database: sqlite3.Connection, episode_columns: Sequence[str], place: Place | None = None
 ) -> Iterator[tuple[Place, bytes | None, bytes]]:
-    """Yield the place of each generation, its stored checksum, None if it has none, and the one that its rows have."""
-    rows = database.execute("SELECT trial, number, seconds, stored, sha256 FROM generation")
+    """Yield the place of each generation, its stored checksum, None if it has none, and the one that its rows have.
+
+    With a ``place``, only that generation is read.
+    """
+
+    def only(number: str) -> str:
+        return "" if place is None else f" WHERE (trial, {number}) = ({place[0]:d}, {place[1]:d})"
+
+    rows = database.execute(f"SELECT trial, number, seconds, stored, sha256 FROM generation{only('number')}")
     stored = {(trial, number): (seconds, at, digest) for trial, number, seconds, at, digest in rows}
     individuals = _by_generation(
         database.execute(
             "SELECT trial, generation, number, genome, genome.sha256"
-            " FROM individual LEFT JOIN genome ON genome.id = individual.genome ORDER BY trial, generation, number"
+            f" FROM individual LEFT JOIN genome ON genome.id = individual.genome{only('generation')}"
+            " ORDER BY trial, generation, number"
         )
     )
     episodes = _by_generation(
         database.execute(
             f"SELECT trial, generation, {', '.join(episode_columns)}"
-            " FROM episode ORDER BY trial, generation, individual, repeat"
+            f" FROM episode{only('generation')} ORDER BY trial, generation, individual, repeat"
         )
     )
-    for place in sorted(stored.keys() | individuals.keys() | episodes.keys()):
-        seconds, at, digest = stored.get(place, (None, None, None))
-        parts = individuals.get(place, b""), episodes.get(place, b"")
-        yield place, digest, checksums.of_generation((*place, seconds, at), *parts)
+    for found in sorted(stored.keys() | individuals.keys() | episodes.keys()):
+        seconds, at, digest = stored.get(found, (None, None, None))
+        parts = individuals.get(found, b""), episodes.get(found, b"")
+        yield found, digest, checksums.of_generation((*found, seconds, at), *parts)
 
 
 def _by_generation(rows: Iterable[tuple[Any, ...]]) -> dict[Place, bytes]:

@@ -10,7 +10,7 @@ import os
 import socket
 import time
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from swarmevo.errors import StoreError
 
@@ -76,19 +76,36 @@ class WriterLock:
         os.close(self._handle)
 
 
-def left_by(path: Path) -> str:
-    """Return the writer that ended without removing its lock; "": there is none, or somebody writes now."""
+class Writer(NamedTuple):
+    """Who writes, or wrote, a run."""
+
+    name: str
+    """Of the process; "": nobody, or the last one ended as it should."""
+    is_there: bool
+    """Whether it writes now; else it ended without removing its lock."""
+
+
+def writer(path: Path) -> Writer:
+    """Return who has the lock of a file, or has left it."""
     try:
         handle = os.open(path, os.O_RDONLY)
     except OSError:
-        return ""
+        return Writer("", False)
     try:
         fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)  # for a moment, in which a writer waits
-        return _owner(handle)
+        return Writer(_owner(handle), False)
+    except BlockingIOError:
+        return Writer(_owner(handle), True)
     except OSError:
-        return ""
+        return Writer("", False)
     finally:
         os.close(handle)
+
+
+def left_by(path: Path) -> str:
+    """Return the writer that ended without removing its lock; "": there is none, or somebody writes now."""
+    name, is_there = writer(path)
+    return "" if is_there else name
 
 
 def _owner(handle: int) -> str:

@@ -132,7 +132,7 @@ class Store(StoreReader):
         with contextlib.ExitStack() as undo, explained(folder):
             lock = None
             if not readonly:
-                lock = WriterLock(_lock_file(folder))
+                lock = WriterLock(lock_file(folder))
                 undo.callback(lock.release)
             database = undo.enter_context(contextlib.closing(connect(folder, readonly)))
             store = cls(folder, database, lock)
@@ -171,7 +171,7 @@ class Store(StoreReader):
     @property
     def left_by(self) -> str:
         """The process that wrote the run last, if it ended without closing it; else, or while one writes, ""."""
-        return self._lock.left_by if self._lock else left_by(_lock_file(self.folder))
+        return self._lock.left_by if self._lock else left_by(lock_file(self.folder))
 
     # ---- writing
 
@@ -334,7 +334,7 @@ class Store(StoreReader):
         self.check()
 
 
-def _lock_file(folder: Path) -> Path:
+def lock_file(folder: Path) -> Path:
     """Return the place of the lock: beside the database itself, which several folders may have links to."""
     place = Path(os.path.realpath(folder / DATABASE_FILE))
     return place.with_name(f"{place.name.removesuffix('.sqlite')}.lock")

@@ -13,7 +13,7 @@ import pytest
 
 import grids
 from swarmevo import config
-from swarmevo.analysis import fronts
+from swarmevo.analysis import dominance, fronts
 from swarmevo.config import Config
 from swarmevo.evolution.results import Generation
 from swarmevo.protocols import Block, FloatArray, GenomeSpace, Objective
@@ -171,7 +171,7 @@ def test_history_is_that_of_all_individuals_so_far(long: Store) -> None:
         for genome, values in zip(summary.genomes.tolist(), summary.means[:, 0], strict=True):
             seen.setdefault(genome, []).append(values)
         means = np.array([np.sum(values, axis=0) / len(values) for values in seen.values()])
-        points = means[fronts._non_dominated(long.objectives, means)]
+        points = means[dominance.places(long.objectives, means)]
         assert step.front_size == len(points)
         assert step.hypervolume == pytest.approx(fronts.hypervolume(long.objectives, points), rel=1e-12)
         assert step.best == pytest.approx({"score": points[:, 0].max(), "neurons": points[:, 1].min()}, rel=1e-12)
@@ -180,13 +180,13 @@ def test_history_is_that_of_all_individuals_so_far(long: Store) -> None:
 def test_history_does_not_compare_all_with_all(long: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 64: else it is quadratic in the number of generations."""
     compared = []
-    is_nondominated = fronts.moocore.is_nondominated
+    is_nondominated = dominance.moocore.is_nondominated
 
     def counted(points: FloatArray, **options: Any) -> Any:
         compared.append(len(points))
         return is_nondominated(points, **options)
 
-    monkeypatch.setattr(fronts.moocore, "is_nondominated", counted)
+    monkeypatch.setattr(dominance.moocore, "is_nondominated", counted)
     fronts.history(long, 0)
     assert long.totals().genomes > 150
     assert max(compared) < 60  # the front, and those that are met again
