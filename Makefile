@@ -35,6 +35,8 @@ FUZZ_SEED ?= 0
 BUILT_IN := plugins/swarmevo_controllers plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks
 # A distribution of its own, which is installed beside swarmevo.
 RIVALS := plugins/swarmevo_rivals
+# What only tests need of it is large.
+TESTED_RIVALS := $(RIVALS)[ribs]
 
 CPP_FILES := $(shell find native benchmarks -name '*.[ch]' -o -name '*.[ch]pp')
 SOURCES := pyproject.toml constraints.txt CMakeLists.txt $(shell find native swarmevo plugins configs -type f -not -name '*.pyc')
@@ -148,14 +150,14 @@ $(BIN)/python: | build/system
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" ./$(RIVALS)
+	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" "./$(if $(filter -test,$*),$(TESTED_RIVALS),$(RIVALS))"
 	touch $@
 
 # All extras at once: each installation takes its time.
 install: $(call needs,all)
 
 $(VENV)/installed-all: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q -c constraints.txt ".[test,lint,docs]" ./$(RIVALS)
+	$(BIN)/pip install -q -c constraints.txt ".[test,lint,docs]" "./$(TESTED_RIVALS)"
 	touch $(VENV)/installed $(addprefix $(VENV)/installed-,test lint docs) $@
 
 build/lowest/installed: $(SOURCES) constraints-lowest.txt | build/system
@@ -165,7 +167,7 @@ build/lowest/installed: $(SOURCES) constraints-lowest.txt | build/system
 
 # The stamps of the other installations go: there is one swarmevo in .venv.
 $(VENV)/installed-dev: pyproject.toml constraints.txt CMakeLists.txt build/python-files | $(BIN)/python build/system-test build/system-lint
-	$(BIN)/pip install -q -c constraints.txt -e ".[test,lint,docs]" -e $(RIVALS) --config-settings=build-dir=build/dev
+	$(BIN)/pip install -q -c constraints.txt -e ".[test,lint,docs]" -e "$(TESTED_RIVALS)" --config-settings=build-dir=build/dev
 	rm -f $(VENV)/installed*
 	touch $@
 

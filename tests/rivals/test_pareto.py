@@ -10,7 +10,7 @@ import pytest
 from swarmevo.evolution.state import decode_state, encode_state
 from swarmevo.protocols import Block, GenomeSpace, Objective, Problem
 from swarmevo.testing import OptimiserTests
-from swarmevo_rivals import pareto
+from swarmevo_rivals import replayed
 from swarmevo_rivals.pareto import GDE3, MOEAD, NSGA2, NSGA3, SMSEMOA
 from swarmevo_rivals.random_search import RandomSearch
 
@@ -144,7 +144,7 @@ def test_a_search_goes_on_to_the_same_bits(search, objectives) -> None:
 
 def test_a_search_of_another_version_of_the_library_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     state = make().state()
-    monkeypatch.setattr(pareto, "_version", lambda: "0.0")
+    monkeypatch.setattr(replayed, "version", lambda _: "0.0")
     with pytest.raises(ValueError, match=r"expected pymoo .*, with which the run was begun, got 0\.0; install that"):
         make().restore(state)
 

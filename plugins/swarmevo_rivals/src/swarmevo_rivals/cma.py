@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import copy
-import math
 from collections.abc import Mapping
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
 from swarmevo.protocols import FloatArray, GenomeSpace
+from swarmevo_rivals.checks import require_choice, require_count, require_positive
+from swarmevo_rivals.genomes import Frame, middle
 from swarmevo_rivals.restarts import Restarts, Schedule
 from swarmevo_rivals.search import Search
 
@@ -67,25 +68,21 @@ class CMAES:
     ) -> None:
         if population < LEAST_POPULATION:
             raise ValueError(f"population: expected a number of at least {LEAST_POPULATION}, got {population}")
-        if not isinstance(sigma, (int, float)) or not 0 < sigma < math.inf:
-            raise ValueError(f"sigma: expected a number above 0, got {sigma!r}")
-        _require_count("starts", starts)
-        _require_count("start_generations", start_generations)
-        _require_choice("switches", switches, get_args(Switches))
-        _require_choice("restarts", restarts, get_args(Restarts))
-        _require_choice("learning_rate", learning_rate, get_args(LearningRate))
+        require_positive("sigma", sigma)
+        require_count("starts", starts)
+        require_count("start_generations", start_generations)
+        require_choice("switches", switches, get_args(Switches))
+        require_choice("restarts", restarts, get_args(Restarts))
+        require_choice("learning_rate", learning_rate, get_args(LearningRate))
         self._rho, self._rng = space.is_switch, rng
         self._weights = _checked_weights(weights, objectives)
         self._is_free = ~self._rho if switches == "on" else np.ones(space.size, dtype=np.bool_)
         if not self._is_free.any():
             raise ValueError("switches: expected evolve, as the genome has nothing but switches, got on")
-        self._bounds = space.bounds[:, self._is_free]
-        self._offset, self._scale = _frame(self._bounds)
+        self._frame = Frame(space.bounds[:, self._is_free])
         self._sigma, self._adapts, self._restarts = float(sigma), learning_rate == "adaptive", restarts
         self._schedule = Schedule(restarts, population, self._sigma)
-        middle = np.where(self._rho, 0.5, 0.0)
-        middle[self._is_free] += self._offset
-        self._centre = self._points(np.clip(middle, *space.bounds))
+        self._centre = self._points(middle(space))
         self._search = self._begin(self._centre, population, self._sigma)
         self._starts, self._start_generations = starts, start_generations
         self._heat: dict[str, Any] | None = None if starts == 1 else {"left": starts, "medians": [], "best": None}
@@ -186,26 +183,12 @@ class CMAES:
     def _genomes(self, points: FloatArray) -> FloatArray:
         """Return ``(n, size)``: the points ``(n, free genes)`` with the switches that are held on."""
         genomes = np.ones((len(points), len(self._is_free)))
-        genomes[:, self._is_free] = np.clip(self._offset + self._scale * points, *self._bounds)
+        genomes[:, self._is_free] = self._frame.genes(points)
         return genomes
 
     def _points(self, genomes: FloatArray) -> FloatArray:
         """Return ``(..., free genes)``: where genomes ``(..., size)`` are in the search."""
-        points: FloatArray = (genomes[..., self._is_free] - self._offset) / self._scale
-        return points
-
-
-def _frame(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return offset and scale ``(n,)`` of genes with these bounds ``(2, n)``.
-
-    Between two bounds the search is in [-1, 1]; without, they are 0 and 1, which change no bit.
-    """
-    low, high = bounds
-    between = np.isfinite(low) & np.isfinite(high)
-    offset, scale = np.zeros(len(low)), np.ones(len(low))
-    low, high = low[between], high[between]
-    offset[between], scale[between] = (low + high) / 2, (high - low) / 2
-    return offset, scale
+        return self._frame.points(genomes[..., self._is_free])
 
 
 def _checked_weights(weights: list[float] | None, objectives: int) -> FloatArray:
@@ -215,13 +198,3 @@ def _checked_weights(weights: list[float] | None, objectives: int) -> FloatArray
             f"weights: expected a number of at least 0 for each of {objectives} objectives, not all 0, got {weights!r}"
         )
     return checked
-
-
-def _require_count(name: str, value: object) -> None:
-    if type(value) is not int or value < 1:
-        raise ValueError(f"{name}: expected a whole number of at least 1, got {value!r}")
-
-
-def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise ValueError(f"{name}: expected one of {', '.join(choices)}, got {value!r}")

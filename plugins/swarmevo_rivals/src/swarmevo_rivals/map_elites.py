@@ -16,6 +16,22 @@ MOST_CELLS: Final = 1_000_000
 """Of a map."""
 
 
+def require_cells(cells: object, problem: Problem) -> None:
+    """Refuse a map without axes, or one of too many cells."""
+    if not problem.descriptors:
+        raise ValueError("problem: expected a fitness that has descriptors, got none; choose one beside the others")
+    if type(cells) is not int or cells < 1 or cells ** len(problem.descriptors) > MOST_CELLS:
+        raise ValueError(f"cells: expected a whole number of at least 1, up to {MOST_CELLS} in all, got {cells!r}")
+
+
+def column_of(objective: str | None, problem: Problem) -> int:
+    """Return the column of the objective of that name, or of the first."""
+    names = [one.name for one in problem.objectives]
+    if objective is not None and objective not in names:
+        raise ValueError(f"objective: expected one of {', '.join(names)}, got {objective!r}")
+    return names.index(objective) if objective else 0
+
+
 class MapElites:
     """MAP-Elites: a map of behaviours, each cell of which keeps the best genome that behaved so.
 
@@ -52,19 +68,13 @@ class MapElites:
         line: float = 0.2,
         flips: float = 0.05,
     ) -> None:
-        if not problem.descriptors:
-            raise ValueError("problem: expected a fitness that has descriptors, got none; choose one beside the others")
-        if type(cells) is not int or cells < 1 or cells ** len(problem.descriptors) > MOST_CELLS:
-            raise ValueError(f"cells: expected a whole number of at least 1, up to {MOST_CELLS} in all, got {cells!r}")
+        require_cells(cells, problem)
         for name, value, most in (("iso", iso, math.inf), ("line", line, math.inf), ("flips", flips, 1.0)):
             if not isinstance(value, (int, float)) or not 0 <= value <= most or value == math.inf:
                 span = "from 0 to 1" if most == 1 else "of at least 0"
                 raise ValueError(f"{name}: expected a number {span}, got {value!r}")
-        names = [one.name for one in problem.objectives]
-        if objective is not None and objective not in names:
-            raise ValueError(f"objective: expected one of {', '.join(names)}, got {objective!r}")
         self._space, self._population, self._rng = space, population, rng
-        self._column = names.index(objective) if objective else 0
+        self._column = column_of(objective, problem)
         self._cells, self._iso, self._line, self._flips = cells, float(iso), float(line), float(flips)
         self._low, self._high = np.array([one.range for one in problem.descriptors]).T
         self._genomes: FloatArray = np.empty((0, space.size))  # the elites, in the order of their cells

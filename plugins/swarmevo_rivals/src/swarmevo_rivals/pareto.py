@@ -1,24 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Searches for a Pareto front by the library pymoo (Blank & Deb 2020): NSGA-II, NSGA-III, GDE3, SMS-EMOA, MOEA/D.
-
-Its algorithms are objects without a state that could be stored. But each is decided by its seed and by the costs that
-it was told: these are the state, and to continue is to tell it all of them once more.
-"""
+"""Searches for a Pareto front by the library pymoo (Blank & Deb 2020): NSGA-II, NSGA-III, GDE3, SMS-EMOA, MOEA/D."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from abc import abstractmethod
 from typing import Any, ClassVar
 
 import numpy as np
 
 from swarmevo.protocols import FloatArray, GenomeSpace, Problem
+from swarmevo_rivals.checks import require_positive
 from swarmevo_rivals.genomes import random_genomes
+from swarmevo_rivals.replayed import Replayed
+from swarmevo_rivals.shares import Shares
 
 
-class ParetoSearch(ABC):
+class ParetoSearch(Replayed):
     """A search by an algorithm of pymoo.
 
     Costs are given to it as shares of the objectives' ranges, 0 the best.
@@ -35,6 +33,7 @@ class ParetoSearch(ABC):
         ValueError: An option is out of its range, or there are too few objectives or genomes for the algorithm.
     """
 
+    library = "pymoo"
     least_objectives: ClassVar[int] = 1
     least_population: ClassVar[int] = 2
 
@@ -48,32 +47,19 @@ class ParetoSearch(ABC):
         *,
         reach: float = 5.0,
     ) -> None:
-        if not isinstance(reach, (int, float)) or not 0 < reach < math.inf:
-            raise ValueError(f"reach: expected a number above 0, got {reach!r}")
+        require_positive("reach", reach)
         if objectives < self.least_objectives:
             raise ValueError(
                 f"objectives: expected at least {self.least_objectives}, got {objectives}; choose a fitness beside"
             )
         if population < self.least_population:
             raise ValueError(f"population: expected a number of at least {self.least_population}, got {population}")
-        self._space, self._population, self._objectives, self._rng = space, population, objectives, rng
         low, high = space.bounds
         self._low, self._high = np.maximum(low, -reach), np.minimum(high, reach)
         self._low[space.is_switch], self._high[space.is_switch] = 0.0, 1.0
-        ranges = [(one.worst, one.is_maximised, one.range) for one in problem.objectives]
-        self._best = np.array([-high if maximised else low for _, maximised, (low, high) in ranges])
-        self._width = np.array([high - low for _, _, (low, high) in ranges])
-        self._seed = int(rng.integers(2**31))
-        self._first = np.clip(random_genomes(space, population, rng), self._low, self._high)
-        self._told: list[FloatArray] = []
+        self._shares = Shares(problem)
         self._asked: Any = None
-        self._begin()
-
-    def start_from(self, genomes: FloatArray) -> None:
-        """Begin from ``genomes`` ``(k, size)``; what the population has more is random, of more the first are taken."""
-        given = np.clip(genomes[: self._population], self._low, self._high)
-        self._first = np.concatenate([given, self._first[len(given) :]])
-        self._begin()
+        super().__init__(space, population, objectives, rng)
 
     def ask(self) -> FloatArray:
         """Return genomes ``(n, size)``: the population at first, then its children.
@@ -83,44 +69,12 @@ class ParetoSearch(ABC):
         self._asked = self._made.ask()
         if self._asked is None or not len(self._asked):
             self._asked = None
-            return np.clip(random_genomes(self._space, self._population, self._rng), self._low, self._high)
+            return self._within(random_genomes(self._space, self._population, self._rng))
         return np.array(self._asked.get("X"), dtype=np.float64)
 
     def tell(self, genomes: FloatArray, costs: FloatArray) -> None:
         """Give the costs ``(n, objectives)`` of the genomes asked for to the algorithm."""
-        share = (costs - self._best) / self._width
-        self._told.append(share)
-        self._advance(share)
-
-    def state(self) -> dict[str, Any]:
-        """Return what the algorithm began with and all that it was told."""
-        return {
-            "seed": self._seed,
-            "first": self._first.copy(),
-            "told": np.concatenate([np.empty((0, self._objectives)), *self._told]),
-            "counts": [len(share) for share in self._told],
-            "rng": self._rng.bit_generator.state,
-            "pymoo": _version(),
-        }
-
-    def restore(self, state: Mapping[str, Any]) -> None:
-        """Continue from ``state``, by telling the algorithm all of it once more.
-
-        Raises:
-            ValueError: It is that of another version of pymoo, which would go on otherwise.
-        """
-        if state["pymoo"] != _version():
-            raise ValueError(
-                f"expected pymoo {state['pymoo']}, with which the run was begun, got {_version()}; install that"
-            )
-        self._seed, self._first = int(state["seed"]), np.array(state["first"])
-        ends = np.cumsum([int(count) for count in state["counts"]], dtype=np.intp)
-        self._told = np.split(np.array(state["told"]), ends[:-1]) if len(ends) else []
-        self._begin()
-        for share in self._told:
-            self.ask()
-            self._advance(share)
-        self._rng.bit_generator.state = state["rng"]
+        self._tell(self._shares(costs))
 
     @abstractmethod
     def _algorithm(self, first: FloatArray) -> Any:
@@ -130,24 +84,28 @@ class ParetoSearch(ABC):
         from pymoo.core.problem import Problem as Bounded
         from pymoo.core.termination import NoTermination
 
-        bounded = Bounded(n_var=self._space.size, n_obj=self._objectives, xl=self._low, xu=self._high)
+        bounded = Bounded(n_var=self._space.size, n_obj=self._columns, xl=self._low, xu=self._high)
         self._made = self._algorithm(self._first.copy())
         self._made.setup(bounded, termination=NoTermination(), seed=self._seed, verbose=False)
         self._asked = None
 
-    def _advance(self, share: FloatArray) -> None:
+    def _learn(self, told: FloatArray) -> None:
         if self._asked is not None:
-            self._asked.set("F", share)
+            self._asked.set("F", told)
             self._made.tell(infills=self._asked)
+
+    def _within(self, genomes: FloatArray) -> FloatArray:
+        within: FloatArray = np.clip(genomes, self._low, self._high)
+        return within
 
     def _directions(self) -> FloatArray:
         """Return directions in the objectives' space, as many as the population has room for (Das & Dennis 1998)."""
         from pymoo.util.ref_dirs import get_reference_directions
 
         parts = 1
-        while math.comb(parts + self._objectives, self._objectives - 1) <= self._population:
+        while math.comb(parts + self._columns, self._columns - 1) <= self._population:
             parts += 1
-        found: FloatArray = get_reference_directions("das-dennis", self._objectives, n_partitions=parts)
+        found: FloatArray = get_reference_directions("das-dennis", self._columns, n_partitions=parts)
         return found
 
 
@@ -208,9 +166,3 @@ class MOEAD(ParetoSearch):
 
         directions = self._directions()
         return ParallelMOEAD(directions, n_neighbors=min(20, len(directions)), sampling=first[: len(directions)])
-
-
-def _version() -> str:
-    import pymoo
-
-    return str(pymoo.__version__)

@@ -9,9 +9,9 @@ from typing import Any
 
 import cmaes
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from swarmevo.protocols import FloatArray
+from swarmevo_rivals.blas import OneThread
 
 
 class Search:
@@ -29,8 +29,7 @@ class Search:
         self._made = cmaes.CMA(mean, sigma, population_size=population, lr_adapt=adapts)
         self._made._rng = _Normal(rng)
         self._made._funhist_values.fill(0.0)  # the library leaves chance in it, which a state must not hold
-        # The bits of linear algebra depend on the number of threads, and these sizes are too small for more than one.
-        self._blas = ThreadpoolController()
+        self._one_thread = OneThread()
 
     @property
     def population(self) -> int:
@@ -78,9 +77,6 @@ class Search:
                 f"expected cmaes {state['cmaes']}, with which the run was begun, got {cmaes.__version__}; install that"
             )
         vars(self._made).update({name: copy.copy(value) for name, value in state.items() if name != "cmaes"})
-
-    def _one_thread(self) -> Any:
-        return self._blas.limit(limits=1, user_api="blas")
 
 
 class _Normal:
