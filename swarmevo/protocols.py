@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import Parameter
@@ -248,6 +248,8 @@ class _InWorld:
 
 
 def _read_only(world: World) -> World:
+    if all(isinstance(one, MappingProxyType) for one in (world, *world.values())):
+        return world  # it was made here
     return MappingProxyType({name: MappingProxyType(dict(section)) for name, section in world.items()})
 
 
@@ -299,6 +301,30 @@ class Telemetry(_InWorld, Recorded):
     def __repr__(self) -> str:
         episodes, robots = self.homing_time.shape
         return f"<Telemetry: {episodes} episodes of {robots} robots; {', '.join(self.channels) or 'no channels'}>"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One control step of worlds side by side, for a fitness that is told of each (:class:`StepwiseFitness`)."""
+
+    telemetry: Telemetry
+    """What telemetry has of this step: channels ``(worlds, 1, *shape)``, and the times that have come by its end."""
+    number: IntArray
+    """``(worlds,)``: which step of its episode, from 0. At 0 an episode begins, whatever came before."""
+    is_last: BoolArray
+    """``(worlds,)``: whether the episode ends with this step."""
+    horizon: int
+    """Control steps of an episode that does not end early."""
+
+    @property
+    def is_first(self) -> BoolArray:
+        """``(worlds,)``: whether the episode begins with this step."""
+        return np.asarray(self.number == 0)
+
+
+Follower: TypeAlias = Callable[[Step], FloatArray]
+"""Is told of every control step of worlds side by side, and returns what their objectives have come to, ``(worlds,
+objectives)``."""
 
 
 # ---- policies that run natively --------------------------------------------------------------------------------------
@@ -597,6 +623,20 @@ class ExplainedFitness(Fitness, Protocol):
 
     def terms(self, telemetry: Telemetry) -> Mapping[str, FloatArray]:
         """Return for each of an objective's parts its name and its size ``(episodes, steps)``, mean over the robots."""
+        ...
+
+
+@runtime_checkable
+class StepwiseFitness(Fitness, Protocol):
+    """A fitness that tells its objectives while an episode goes on: rewards for learners (``swarmevo.env``)."""
+
+    def stepwise(self, worlds: int) -> Follower:
+        """Return what follows so many worlds, each from one episode to the next.
+
+        It is told of every step of each episode. After the last one an objective is what :meth:`evaluate` says of the
+        episode, but for rounding; before, what it would be if nothing more were gained: what a step adds to it is the
+        step's reward. A world's values do not depend on the worlds beside it.
+        """
         ...
 
 

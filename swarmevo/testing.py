@@ -31,6 +31,7 @@ from swarmevo.protocols import (
     CHANNELS,
     AnsweringOptimiser,
     Block,
+    BoolArray,
     Channel,
     Compiled,
     Controller,
@@ -49,6 +50,8 @@ from swarmevo.protocols import (
     Recurrent,
     SceneInfo,
     StartableOptimiser,
+    Step,
+    StepwiseFitness,
     Telemetry,
     WatchingFitness,
     takes_descriptors,
@@ -526,6 +529,58 @@ class FitnessTests:
                 same = np.array_equal(shown, every[name][batch])
                 _require(same, f"behaviours: {name}: expected the same for the episodes {batch} of 7 on their own")
 
+    def test_follows_episodes(self) -> None:
+        """If it is told of every step, it comes to what it says of the whole episode, whatever worlds are beside it."""
+        fitness = self.create()
+        if not isinstance(fitness, StepwiseFitness):
+            return
+        episodes = [self._course(i) for i in range(7)]
+        genomes = _frozen(random_genomes(self.controller().space(self.scene), 7))
+        together, alone = (self._follow(fitness, episodes, worlds) for worlds in (3, 1))
+        for i, one in enumerate(episodes):
+            whole = fitness.evaluate(one.telemetry, genomes[i : i + 1], self.controller())[0]
+            for objective, expected, *ends in zip(_objectives(fitness), whole, together[i], alone[i], strict=True):
+                low, high = objective.range
+                found = ends[int(np.argmax(np.abs(np.array(ends) - expected)))]
+                _require(
+                    abs(found - expected) <= returned.ROUNDING * (high - low),
+                    f"stepwise: {objective.name}: expected {expected} after the last step of an episode, as "
+                    f"evaluate says of it, got {found}",
+                )
+            same = np.array_equal(together[i], alone[i])
+            _require(same, f"stepwise: expected the same bits for episode {i} of 7 without worlds beside it")
+
+    def _course(self, i: int) -> _Course:
+        """Return an episode of seven; every other one ends at a push, each at another step."""
+        one, steps = self._telemetry([i], self.create().channels), self.scene.control_steps
+        push = one.push_time
+        if i % 2:
+            steps = 1 + 37 * i % steps
+            push = np.array([steps * one.control_period])
+        late = one.homing_time > steps * one.control_period
+        channels = {name: _frozen(array[:, :steps]) for name, array in one.channels.items()}
+        homing = np.where(late, np.nan, one.homing_time)
+        return _Course(replace(one, homing_time=_frozen(homing), push_time=_frozen(push), channels=channels), steps)
+
+    def _follow(self, fitness: StepwiseFitness, episodes: Sequence[_Course], worlds: int) -> list[FloatArray]:
+        """Return what each episode comes to, where worlds side by side have one after the other.
+
+        A world without another one stands still: it has its last step again and again.
+        """
+        follow, ends = fitness.stepwise(worlds), {}
+        plans = [
+            [(i, k) for i in range(world, len(episodes), worlds) for k in range(episodes[i].steps)]
+            for world in range(worlds)
+        ]
+        for now in range(max(map(len, plans))):
+            goes_on = np.array([now < len(plan) for plan in plans])
+            places = [plan[min(now, len(plan) - 1)] for plan in plans]
+            step = _step(episodes, places, goes_on, self.scene.control_steps)
+            values = follow(step)
+            _require_array("stepwise", values, (worlds, len(_objectives(fitness))))
+            ends.update({places[world][0]: values[world].copy() for world in np.flatnonzero(step.is_last)})
+        return [ends[i] for i in range(len(episodes))]
+
     def _require_in_range(self, method: str, ask: _Ask, measured: Sequence[Objective | Descriptor]) -> None:
         values = self._ask(ask, range(7))
         _require_array(method, values, (7, len(measured)))
@@ -552,6 +607,41 @@ class FitnessTests:
             push_time=_frozen(everything.push_time[rows]),
             channels={name: _frozen(getattr(everything, name)[rows]) for name in channels},
         )
+
+
+class _Course(NamedTuple):
+    """An episode with its length in control steps."""
+
+    telemetry: Telemetry
+    steps: int
+
+
+def _step(episodes: Sequence[_Course], places: Sequence[tuple[int, int]], goes_on: BoolArray, horizon: int) -> Step:
+    """Return the control steps of episodes, given by (episode, number), side by side; all arrays read-only.
+
+    Where a world does not go on, nothing ends.
+    """
+    numbers = np.array([number for _, number in places], dtype=np.intp)
+    several = [episodes[i].telemetry for i, _ in places]
+    times: FloatArray = np.multiply(numbers + 1, several[0].control_period, dtype=np.float64)
+
+    def come(time: list[FloatArray], until: FloatArray) -> FloatArray:
+        together = np.concatenate(time)
+        return _frozen(np.where(together <= until, together, np.nan))
+
+    telemetry = replace(
+        several[0],
+        homing_time=come([one.homing_time for one in several], times[:, np.newaxis]),
+        push_time=come([one.push_time for one in several], times),
+        channels={
+            name: _frozen(
+                np.concatenate([one.channels[name][:, k : k + 1] for one, (_, k) in zip(several, places, strict=True)])
+            )
+            for name in several[0].channels
+        },
+    )
+    ends = goes_on & np.array([number + 1 == episodes[i].steps for i, number in places])
+    return Step(telemetry, _frozen(numbers), _frozen(ends), horizon)
 
 
 _Ask = Callable[[Telemetry, FloatArray, Controller], FloatArray]

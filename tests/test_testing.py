@@ -610,9 +610,66 @@ class DescribesRelatively(Pushed):
         return np.full((len(genomes), 1), 1 / len(genomes))
 
 
+class Pace(Homing):
+    """How fast wheels turn, over the time: ``stepwise`` is right."""
+
+    channels = ("command",)
+
+    def evaluate(self, telemetry, genomes, controller):
+        return np.abs(telemetry.command).mean(axis=(2, 3)).mean(axis=1, keepdims=True)
+
+    def stepwise(self, worlds):
+        total = np.zeros(worlds)
+        return lambda step: self.follow(total, step)[:, np.newaxis]
+
+    def follow(self, total, step):
+        total[self.begins(step)] = 0
+        total[:] += np.abs(step.telemetry.command).mean(axis=(1, 2, 3))
+        return total / np.where(step.is_last, step.number + 1, step.horizon)
+
+    def begins(self, step):
+        return step.is_first
+
+
+class NeverForgets(Pace):
+    def begins(self, step):
+        return np.zeros(len(step.number), dtype=bool)
+
+
+class ForgetsAllWithOne(Pace):
+    def begins(self, step):
+        return np.full(len(step.number), step.is_first.any())
+
+
+class AddsUpToLess(Pace):
+    def follow(self, total, step):
+        super().follow(total, step)
+        return total / step.horizon  # an episode that ends early has fewer steps
+
+
+class LooksAside(Pace):
+    def follow(self, total, step):
+        return super().follow(total, step) + 1e-12 * len(total)
+
+
+class FollowsFlat(Pace):
+    def stepwise(self, worlds):
+        total = np.zeros(worlds)
+        return lambda step: self.follow(total, step)
+
+
+def test_a_fitness_that_follows_episodes_passes():
+    assert fitness_failures(Pace) == []
+
+
 @pytest.mark.parametrize(
     ("broken", "test", "reason"),
     [
+        (NeverForgets, "test_follows_episodes", "after the last step of an episode, as evaluate says of it, got"),
+        (ForgetsAllWithOne, "test_follows_episodes", "homing: expected 0."),
+        (LooksAside, "test_follows_episodes", "expected the same bits for episode 0 of 7 without worlds beside it"),
+        (AddsUpToLess, "test_follows_episodes", "homing: expected 0."),
+        (FollowsFlat, "test_follows_episodes", "stepwise: expected the shape (3, 1), got (3,)"),
         (EndlessDescriptor, "test_names_its_objectives", "pushed: expected as range two finite numbers"),
         (TwinNames, "test_names_its_objectives", "expected unique names, got ['homing', 'homing']"),
         (DescribesAlone, "test_describes_episodes", "expected descriptors and describe, got describe alone"),

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from swarmevo.protocols import Controller, FloatArray, Objective, SceneInfo, Telemetry
+from swarmevo.protocols import Controller, FloatArray, Follower, Objective, SceneInfo, Step, Telemetry
 
 SumCovers = Literal["both", "motion"]
 
@@ -54,10 +54,25 @@ class BoxPushing:
         return np.array([[self._f1(*episode)] for episode in episodes]).reshape(-1, 1)
 
     def terms(self, telemetry: Telemetry) -> dict[str, FloatArray]:
-        """Return the terms of eq. 1, ``(episodes, steps)`` each, mean over the robots; without a box the first alone."""
+        """Return the terms of eq. 1, ``(episodes, steps)`` each, mean over the robots; without a box the first."""
         motion, pushing = _terms(telemetry.infrared, telemetry.touch, telemetry.rf, telemetry.command)
         terms = {"homing": motion.mean(axis=-1), "pushing": pushing.mean(axis=-1)}
         return terms if self._has_pushing else {"homing": terms["homing"]}
+
+    def stepwise(self, worlds: int) -> Follower:
+        """Return what follows F1 in worlds side by side: each step adds its term of the sum over 1 to T, over T."""
+        total = np.zeros(worlds)
+
+        def follow(step: Step) -> FloatArray:
+            one = step.telemetry
+            motion, pushing = (term.mean(axis=(1, 2)) for term in _terms(one.infrared, one.touch, one.rf, one.command))
+            total[step.is_first] = 0.0
+            np.add(total, motion + pushing if self._sum_covers == "both" else motion, out=total)
+            # T is known at last: an episode may end before the horizon.
+            f1 = total / np.where(step.is_last, step.number + 1, step.horizon)
+            return np.asarray(f1 if self._sum_covers == "both" else f1 + pushing)[:, np.newaxis]
+
+        return follow
 
     def _f1(self, infrared: FloatArray, touch: FloatArray, rf: FloatArray, command: FloatArray) -> float:
         """Return F1 of one episode: channels without their first axis."""

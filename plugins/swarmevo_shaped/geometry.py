@@ -13,6 +13,8 @@ from swarmevo.protocols import BoolArray, FloatArray, IntArray, Telemetry, World
 
 WALLS: Final = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
 """For each wall the unit vector towards it."""
+LAST: Final = 1.0
+"""[s] before the push, whose mean stands for all the time after it."""
 
 
 def world_of(telemetry: Telemetry) -> World:
@@ -109,6 +111,11 @@ def steps_before_push(telemetry: Telemetry) -> IntArray:
     """Return ``(episodes,)``: control steps before the box touched the target wall; never: all of the horizon's."""
     steps = np.where(has_pushed(telemetry), telemetry.push_time / telemetry.control_period, steps_of(telemetry))
     return np.rint(steps).astype(np.intp)
+
+
+def last_steps(telemetry: Telemetry) -> int:
+    """Return how many control steps the last second before the push has, whose mean stands for all the time after."""
+    return max(1, round(LAST / telemetry.control_period))
 
 
 def robots_at_face(telemetry: Telemetry, facing: float) -> FloatArray:

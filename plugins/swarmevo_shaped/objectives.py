@@ -10,18 +10,26 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar, Final, Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, Controller, FloatArray, Objective, SceneInfo, Telemetry, World
+from swarmevo.protocols import (
+    BoolArray,
+    Controller,
+    FloatArray,
+    Follower,
+    Objective,
+    SceneInfo,
+    Step,
+    Telemetry,
+    World,
+)
 from swarmevo_shaped import geometry
-from swarmevo_shaped.geometry import free_way, has_pushed, steps_before_push, steps_of
+from swarmevo_shaped.following import AtStart, Most, OverHorizon
+from swarmevo_shaped.geometry import free_way, has_pushed, last_steps, steps_before_push, steps_of
 
 Moment = Literal["most", "end"]
-
-LAST: Final = 1.0
-"""[s] before the push, whose mean stands for all the time after it."""
 
 
 class Shaped(ABC):
@@ -71,6 +79,18 @@ class Shaped(ABC):
             ValueError: The telemetry has no world.
         """
         return self.values(telemetry)[:, np.newaxis]
+
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the value so far, ``(worlds,)``, step by step.
+
+        It is that of an objective which needs no more than the last control step and the times.
+        """
+        return lambda step: self.values(step.telemetry)
+
+    def stepwise(self, worlds: int) -> Follower:
+        """Return the same for ``(worlds, 1)``."""
+        follow = self.follow(worlds)
+        return lambda step: follow(step)[:, np.newaxis]
 
 
 class Explained(Shaped):
@@ -124,6 +144,11 @@ class Togetherness(Explained):
         """Return ``(episodes,)``: mean over the horizon."""
         return _over_time(telemetry, self.course(telemetry))
 
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the sum so far over the horizon's control steps; at the push all that is left."""
+        mean = OverHorizon()
+        return lambda step: mean(step, self.course(step.telemetry)[:, 0])
+
 
 class Progress(Explained):
     """How far the box has come to the target wall, as a share of its free way at the start.
@@ -156,6 +181,19 @@ class Progress(Explained):
         course = self.course(telemetry)
         return np.where(has_pushed(telemetry), 1.0, course[:, -1] if self._measured == "end" else course.max(axis=1))
 
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the share so far."""
+        start, most = AtStart(), Most()
+
+        def follow(step: Step) -> FloatArray:
+            way = free_way(step.telemetry)[:, 0]
+            whole = start(step, way)
+            share = _share(whole - way, whole)
+            come = most(step, share)
+            return np.where(has_pushed(step.telemetry), 1.0, share if self._measured == "end" else come)
+
+        return follow
+
 
 class Displacement(Explained):
     """How far the box came from where it stood, whatever the direction, as a share of its free way at the start.
@@ -175,6 +213,18 @@ class Displacement(Explained):
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: the most."""
         return np.where(has_pushed(telemetry), 1.0, self.course(telemetry).max(axis=1))
+
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the most so far."""
+        start, whole, most = AtStart(), AtStart(), Most()
+
+        def follow(step: Step) -> FloatArray:
+            place, way = step.telemetry.box[:, 0, :2], free_way(step.telemetry)[:, 0]
+            moved = np.hypot(*(place - start(step, place)).T)
+            share = most(step, _share(moved, whole(step, way)))
+            return np.where(has_pushed(step.telemetry), 1.0, share)
+
+        return follow
 
 
 class Success(Shaped):
@@ -234,13 +284,18 @@ class Nearness(Explained):
         """Return ``(episodes,)``: mean over the horizon."""
         return _over_time(telemetry, self.course(telemetry))
 
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the sum so far over the horizon's control steps; at the push all that is left."""
+        mean = OverHorizon()
+        return lambda step: mean(step, self.course(step.telemetry)[:, 0])
+
 
 def _over_time(telemetry: Telemetry, course: FloatArray) -> FloatArray:
     """Return ``(episodes,)``: the mean of a course over the horizon; from the push on it stays as it was just before.
 
     Were it 1 from then on, evolution would be content with a team that pushes without it, say blindly backwards.
     """
-    steps, last = steps_of(telemetry), max(1, round(LAST / telemetry.control_period))
+    steps, last = steps_of(telemetry), last_steps(telemetry)
 
     def mean(one: FloatArray, before: int) -> float:
         seen = one[: max(before, 1)]  # the box may touch the wall at the start

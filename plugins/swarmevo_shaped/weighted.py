@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from swarmevo.protocols import Controller, FloatArray, Objective, SceneInfo, Telemetry
+from swarmevo.protocols import Controller, FloatArray, Follower, Objective, SceneInfo, Telemetry
 from swarmevo_shaped.objectives import (
     Displacement,
     Explained,
@@ -97,6 +97,11 @@ class WeightedMean:
         for share, one in self._parts:
             mean += share * one.values(telemetry)
         return mean[:, np.newaxis]
+
+    def stepwise(self, worlds: int) -> Follower:
+        """Return what tells the mean so far, ``(worlds, 1)``, step by step."""
+        followers = [(share, one.follow(worlds)) for share, one in self._parts]
+        return lambda step: np.sum([share * follow(step) for share, follow in followers], axis=0)[:, np.newaxis]
 
     def terms(self, telemetry: Telemetry) -> dict[str, FloatArray]:
         """Return the courses of the objectives that have one, ``(episodes, steps)``, times their shares."""

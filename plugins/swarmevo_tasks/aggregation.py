@@ -7,7 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, FloatArray, Telemetry
+from swarmevo.protocols import BoolArray, FloatArray, Follower, Step, Telemetry
+from swarmevo_shaped.following import Total
 from swarmevo_shaped.geometry import world_of
 from swarmevo_shaped.objectives import Explained, Shaped
 from swarmevo_tasks import geometry
@@ -36,6 +37,16 @@ class Aggregation(Explained):
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: mean over the time."""
         return np.asarray(self.course(telemetry).mean(axis=1))
+
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the sum so far over the horizon's control steps, at last over those of the episode."""
+        total = Total()
+
+        def follow(step: Step) -> FloatArray:
+            steps = np.where(step.is_last, step.number + 1, step.horizon)
+            return np.asarray(total(step, self.course(step.telemetry)[:, 0]) / steps)
+
+        return follow
 
 
 class LargestCluster(Shaped):

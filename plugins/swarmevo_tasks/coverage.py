@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarmevo.protocols import BoolArray, FloatArray, IntArray, SceneInfo, Telemetry
+from swarmevo.protocols import BoolArray, FloatArray, Follower, IntArray, SceneInfo, Step, Telemetry
 from swarmevo_shaped.objectives import Explained
 from swarmevo_tasks import geometry
 
@@ -78,3 +78,15 @@ class Coverage(Explained):
     def values(self, telemetry: Telemetry) -> FloatArray:
         """Return ``(episodes,)``: the share at the end."""
         return self.course(telemetry)[:, -1]
+
+    def follow(self, worlds: int) -> Follower:
+        """Return what tells the share so far."""
+        visited = np.zeros((worlds, len(self._is_free)), dtype=np.bool_)
+        free, everywhere = self._is_free.sum(), np.arange(worlds)[:, np.newaxis]
+
+        def follow(step: Step) -> FloatArray:
+            visited[step.is_first] = False
+            visited[everywhere, self._cells(step.telemetry)[:, 0]] = True
+            return np.asarray(visited[:, self._is_free].sum(axis=1) / free)
+
+        return follow

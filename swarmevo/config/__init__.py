@@ -24,7 +24,7 @@ from swarmevo.config.models import (
     surroundings,
     world,
 )
-from swarmevo.config.observations import scene_info, sense_errors
+from swarmevo.config.observations import scene_info, sense_errors, smallest_observation
 from swarmevo.config.overrides import as_overrides
 from swarmevo.config.reading import changed, dump, load, seeded
 from swarmevo.config.worlds import World, Worlds, each_world, world_errors
@@ -61,6 +61,7 @@ __all__ = [
     "scene_info",
     "seeded",
     "sense_errors",
+    "smallest_observation",
     "surroundings",
     "world",
     "world_errors",

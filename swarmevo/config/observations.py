@@ -30,6 +30,8 @@ READINGS: Final[Mapping[str, Callable[[Sensors], tuple[str, ...]]]] = {
     "movable_motion": lambda _sensors: ("movable_motion_ahead", "movable_motion_left", "movable_motion_spin"),
 }
 """For each device the names of its readings, in their order; ``native/src/sensors/`` has the devices themselves."""
+SIGNED: Final = frozenset({"rf_bearing", "odometry", "movable_motion"})
+"""Devices whose readings are in [-1, 1]; those of all others are in [0, 1]."""
 
 
 def scene_info(config: Config) -> SceneInfo:
@@ -48,6 +50,12 @@ def scene_info(config: Config) -> SceneInfo:
         arena=config.arena.bounds,
         world=world(config),
     )
+
+
+def smallest_observation(config: Config) -> tuple[float, ...]:
+    """Return for each reading of an observation the smallest it can be, 0 or -1; the largest is 1."""
+    devices, sensors = config.robot.sensors, config.sensors
+    return tuple(-1.0 if device in SIGNED else 0.0 for device in devices for _ in READINGS[device](sensors))
 
 
 def sense_errors(made_for: Config, config: Config) -> list[str]:

@@ -23,11 +23,14 @@ from swarmevo.protocols import (
     ExplainedFitness,
     Fitness,
     FloatArray,
+    Follower,
     GenomeSpace,
     NativeController,
     NativePolicies,
     Objective,
     SceneInfo,
+    Step,
+    StepwiseFitness,
     Telemetry,
     WatchingFitness,
 )
@@ -213,6 +216,27 @@ class CheckedFitness:
         parts: dict[str, Any] = _call(self._title, "terms", lambda: dict(made.terms(telemetry)))
         shape = len(telemetry.homing_time), steps
         return {str(name): _numbers(self._title, f"terms: {name}", part, shape) for name, part in parts.items()}
+
+    def stepwise(self, worlds: int) -> Follower:
+        """Return what follows the objectives ``(worlds, m)`` of worlds from step to step.
+
+        Raises:
+            EvaluationError: The fitness does not tell them before the end of an episode.
+        """
+        made = self._made
+        if not isinstance(made, StepwiseFitness):
+            names = ", ".join(objective.name for objective in self.objectives)
+            raise EvaluationError(
+                f"{self._title}: expected stepwise, which tells {names} at each control step, got a fitness without "
+                "it; leave it out of the weights of rewards"
+            )
+        follower = _call(self._title, "stepwise", made.stepwise, worlds)
+        shape = worlds, len(self.objectives)
+
+        def follow(step: Step) -> FloatArray:
+            return _numbers(self._title, "stepwise", _call(self._title, "stepwise", follower, step), shape)
+
+        return follow
 
     def behaviours(self, telemetry: Telemetry) -> dict[str, float]:
         """Return the share of robots that showed each behaviour it knows by name, in one episode; mostly none."""

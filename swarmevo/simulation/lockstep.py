@@ -57,7 +57,7 @@ class State(Recorded):
     hash: NDArray[np.uint64]
     """``(worlds,)``: of every body's state at every control step so far."""
     channels: Mapping[str, FloatArray]
-    """By name: every channel."""
+    """By name: every channel that was asked for."""
 
     def __repr__(self) -> str:
         return f"<State: {len(self.step)} worlds at steps {self.step.min()} to {self.step.max()}>"
@@ -78,7 +78,7 @@ class _Worlds:
         self.scene = scene
         self._lib, self._null = lib, ffi.NULL
         self._recorded = Buffers(scene, n, channels, scene.info.control_steps)
-        self._now: Buffers | None = None  # made when it is first asked for
+        self._now: dict[tuple[str, ...], Buffers] = {}  # by channels, made when they are first asked for
         self._observations = np.empty((n, robots, scene.info.observations))
         self._commands = np.empty((n, robots, scene.info.commands))
         self._native_observations = ffi.from_buffer("double[]", self._observations)
@@ -153,11 +153,12 @@ class _Worlds:
             done |= np.isfinite(outcomes["push_time"]) & (steps > 0)
         return done
 
-    def state(self) -> State:
+    def state(self, wanted: Collection[str]) -> State:
         """Return this moment."""
-        if self._now is None:
-            self._now = Buffers(self.scene, len(self._observations), CHANNELS, steps=None)
-        now = self._now
+        names = tuple(wanted)
+        if names not in self._now:
+            self._now[names] = Buffers(self.scene, len(self._observations), names, steps=None)
+        now = self._now[names]
         channels = now.native_channels
         check(
             self._lib.swe_lockstep_state(
@@ -299,9 +300,16 @@ class Lockstep:
         self._worlds.advance(commands, finite=True)
         self._tell_failures()
 
-    def state(self) -> State:
-        """Return everything that telemetry has, at this moment, in fresh arrays."""
-        return self._worlds.state()
+    def state(self, channels: Collection[str] = tuple(CHANNELS)) -> State:
+        """Return what telemetry has, at this moment, in fresh arrays.
+
+        Args:
+            channels: Those that are needed: keys of ``CHANNELS``. All of them take longer.
+
+        Raises:
+            InvalidArgument: There is no such channel.
+        """
+        return self._worlds.state(channels)
 
     def reset(self, worlds: Sequence[int] | IntArray | BoolArray | None = None) -> None:
         """Begin a new episode in some worlds, with each world's next key.

@@ -137,6 +137,7 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
         "reflex",
         "small_network",
         "box_travel",
+        "activity",
         "dispersion",
     }
 

@@ -126,6 +126,20 @@ def test_a_world_depends_neither_on_the_others_nor_on_threads() -> None:
     assert len(set(expected)) == 8
 
 
+def test_only_the_channels_that_are_needed_are_told() -> None:
+    with Lockstep(SCENE, worlds=2) as world:
+        world.advance(random_commands(2)[0])
+        everything, some, none = world.state(), world.state(["rf", "pose"]), world.state([])
+        assert list(some.channels) == ["rf", "pose"]
+        assert np.array_equal(some.pose, everything.pose)
+        assert np.array_equal(some.rf, everything.rf)
+        assert np.array_equal(none.hash, everything.hash)
+        with pytest.raises(AttributeError, match="box was not recorded"):
+            _ = some.box
+        with pytest.raises(InvalidArgument, match=r"channels: expected some of pose, .*; got odour"):
+            world.state(["odour"])
+
+
 # ---- reset -----------------------------------------------------------------------------------------------------------
 
 
