@@ -22,7 +22,7 @@ from benchmarks import made_by
 from benchmarks.pages import table
 from swarmevo import config as configuration
 from swarmevo import simulation
-from swarmevo.analysis import assessment, shipped
+from swarmevo.analysis import assessment, fronts, shipped
 from swarmevo.analysis.recording import simulate
 from swarmevo.analysis.statistics import wilson
 from swarmevo.cli.common import run_and_individual
@@ -71,7 +71,7 @@ class Chosen(NamedTuple):
 def chosen(run: str) -> Chosen:
     folder, genome = run_and_individual(run)
     with Store.open(folder) as store:
-        id, _ = assessment.watched(store, genome)
+        id = fronts.front(store)[0].genome if genome is None else assessment.watched(store, genome)[0]
         which = "the first of the front" if genome is None else f"individual {id}"
         _, command = made_by.evolution(store.config, folder)
         trials = f"{len(store.trials())} of {store.config.evolution.trials} trials"

@@ -51,7 +51,8 @@ def figures(store: Store) -> list[str]:
         "The fronts of all trials, and the global one:\n",
         picture(store, "fronts", draw.fronts(store), "F1 over hidden neurons") + "\n",
         "A test of the first controller of the global front:\n",
-        picture(store, "paths", draw.paths(store), "Paths of the robots and of the box") + "\n",
+        picture(store, "paths", draw.paths(store, fronts.front(store)[0].genome), "Paths of the robots and of the box")
+        + "\n",
     ]
 
 

@@ -411,7 +411,7 @@ def watch(store: Store, genome: int | None = None) -> Recording:
 
     Args:
         store: The run.
-        genome: Id of the individual's genome; None: the first of the front over all trials.
+        genome: Id of the individual's genome; None: the most successful of the global front.
 
     Raises:
         EvaluationError: An episode failed.
@@ -423,7 +423,7 @@ def watch(store: Store, genome: int | None = None) -> Recording:
 
 
 def watched(store: Store, genome: int | None = None) -> tuple[int, int]:
-    """Return a genome's id and its trial, where it is in several the first; None is the first of the whole front.
+    """Return a genome's id and its trial, where it is in several the first; None is the front's most successful.
 
     Raises:
         StoreError: There is no such genome, or no generation yet.
@@ -431,7 +431,8 @@ def watched(store: Store, genome: int | None = None) -> tuple[int, int]:
     if genome is None:
         if not (front := fronts.front(store)):
             raise StoreError(f"{store.folder}: expected at least one generation, but none is stored yet")
-        return front[0].genome, front[0].trial
+        best = fronts.most_successful(front, measures_of(store.config, store.objectives))
+        return best.genome, best.trial
     found = store.individuals()
     trials = found.trial[found.genome == genome]
     if not trials.size:

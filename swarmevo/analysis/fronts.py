@@ -20,7 +20,7 @@ from swarmevo.analysis.course import Step as Step
 from swarmevo.analysis.course import history as history
 from swarmevo.analysis.dominance import hypervolume as hypervolume
 from swarmevo.analysis.dominance import non_dominated as non_dominated
-from swarmevo.analysis.measures import Measures, measures_of
+from swarmevo.analysis.measures import HOMING, PUSH, Measures, measures_of
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget
 from swarmevo.protocols import BoolArray, Descriptor, IntArray, Objective
@@ -150,6 +150,22 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
         )
         for i in best_first
     ]
+
+
+def most_successful(points: Sequence[FrontPoint], measures: Measures) -> FrontPoint:
+    """Return who succeeds most often in what matters most: of points with the best first objective first, the first.
+
+    Rates are compared by the lower ends of their intervals: three successes of three tell less than 49 of 50.
+
+    Raises:
+        ValueError: There is no point.
+    """
+
+    def certain(point: FrontPoint) -> list[float]:
+        intervals = {**point.success_intervals, PUSH: point.push_interval, HOMING: point.homing_interval}
+        return [intervals[rate][0] for rate in measures.rates]
+
+    return max(points, key=certain)  # of equals the first
 
 
 def _are_known(episodes: IntArray, least: int) -> BoolArray:

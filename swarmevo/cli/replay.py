@@ -29,7 +29,8 @@ _SIDE_BY_SIDE = 8  # replays in a page
 def replay(
     context: typer.Context,
     run: Annotated[
-        str | None, typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its best.")
+        str | None,
+        typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its most successful."),
     ] = None,
     best: Annotated[bool, typer.Option("--best", help="The controller that comes with swarmevo, of no run.")] = False,
     html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,

@@ -12,6 +12,7 @@ import pytest
 import small_runs
 from swarmevo import config
 from swarmevo.analysis import assessment, bench, fronts, table_ii
+from swarmevo.analysis.measures import measures_of
 from swarmevo.analysis.sequential import Until
 from swarmevo.analysis.table_ii import PAPER, Outcome
 from swarmevo.errors import ConfigError, Interrupted, StoreError
@@ -268,7 +269,7 @@ def test_watching_shows_the_tests(run: Path) -> None:
     found = assess(run, sizes=(3,), repeats=assessment.REPEATS)
     with Store.open(run) as store:
         seen = assessment.watch(store)
-        best = fronts.front(store)[0]
+        best = fronts.most_successful(fronts.front(store), measures_of(store.config, store.objectives))
     assert [key.trial for key in seen.keys] == [best.trial] * assessment.REPEATS
     homing = np.isfinite(seen.telemetry.homing_time).mean()
     (tested,) = [one for one in found.controllers if (one.trial, one.genome) == (best.trial, best.genome)]

@@ -14,6 +14,7 @@ import pytest
 import grids
 from swarmevo import config
 from swarmevo.analysis import dominance, fronts
+from swarmevo.analysis.measures import measures_of
 from swarmevo.config import Config
 from swarmevo.evolution.results import Generation
 from swarmevo.protocols import Block, FloatArray, GenomeSpace, Objective
@@ -231,3 +232,22 @@ def test_forecast() -> None:
     assert found.wall_seconds == pytest.approx(1.2)
     assert len(evaluator.tried[-1]) == SETTINGS.evolution.population  # no more than a generation has
     assert set(np.unique(evaluator.tried[-1][:, 3:])) <= {0.0, 1.0}
+
+
+def test_the_most_successful_is_who_pushes_most_surely(store: Store) -> None:
+    """Neither the first of the front, which was lucky once, nor who has few episodes of which each was a success."""
+    measures = measures_of(store.config, store.objectives)
+    append(store, 0, [(1.0, [90.0, 0.0], 3.0), (2.0, [20.0, 10.0], 2.0), (3.0, [0.0, 0.0], 0.0)])
+    points = fronts.front(store)
+    assert [(point.genome, point.push_rate) for point in points] == [(1, 0.5), (2, 1.0), (3, 0.0)]
+    assert fronts.most_successful(points, measures).genome == 2
+    append(store, 0, [(1.0, [90.0] * 20, 3.0)])
+    points = fronts.front(store)
+    assert [round(point.push_rate, 2) for point in points[:2]] == [0.95, 1.0]
+    assert fronts.most_successful(points, measures).genome == 1
+
+
+def test_equally_successful_ones_are_in_the_front_s_order(store: Store) -> None:
+    append(store, 0, [(1.0, [0.0, 0.0], 3.0), (2.0, [0.0, 0.0], 1.0)])
+    points = fronts.front(store)
+    assert fronts.most_successful(points, measures_of(store.config, store.objectives)) == points[0]

@@ -44,7 +44,7 @@ def paths(run: Run | Recording, genome: int | None = None, test: int | None = No
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
-        genome: Its id; None: the first of the front over all trials.
+        genome: Its id; None: the most successful of the global front.
         test: Number of the test; None: the most successful one.
     """
     seen = _recording(run, genome)
@@ -73,7 +73,7 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
-        genome: Its id; None: the first of the front over all trials.
+        genome: Its id; None: the most successful of the global front.
     """
     seen = _recording(run, genome)
     places = seen.telemetry.pose[..., :2].reshape(-1, 2)

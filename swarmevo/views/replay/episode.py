@@ -13,6 +13,7 @@ import numpy as np
 from swarmevo import config as configuration
 from swarmevo import simulation
 from swarmevo.analysis import fronts, shipped
+from swarmevo.analysis.measures import measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ReplayError
@@ -51,7 +52,7 @@ def choose(store: Store, genome: int | None = None, generation: int | None = Non
 
     Args:
         store: The run.
-        genome: The individual's id; None: the front's best in the first objective.
+        genome: The individual's id; None: the most successful of the global front.
         generation: In which it was evaluated; None: the last one.
         repeat: Which of that evaluation's episodes.
 
@@ -81,7 +82,8 @@ def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
         front = fronts.front(store)
         if not front:
             raise ReplayError(f"{store.folder}: there is no individual yet; go on with: swarmevo resume {store.folder}")
-        return front[0].genome, front[0].trial, front[0].last_generation
+        best = fronts.most_successful(front, measures_of(store.config, store.objectives))
+        return best.genome, best.trial, best.last_generation
     found = store.individuals()
     places = np.flatnonzero(found.genome == genome)
     if len(places) == 0:

@@ -97,16 +97,27 @@ def _tiles(run: Run) -> Iterator[Tile]:
     best, first = summary.front[0], summary.objectives[0].name  # the front begins with the best first objective
     beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
     aside = ", ".join([f"individual {best.genome}", *beside])
-    yield Tile(f"best {text.words(first)}", text.number(best.objectives[first]), aside)
-    if delivered := text.delivery(run.scene):
-        pusher = max(summary.front, key=lambda point: (point.push_rate, point.episodes))
-        aside = f"individual {pusher.genome}, {text.count(pusher.episodes, 'episode')}"
-        yield Tile(delivered, text.percent(pusher.push_rate), aside)
+    if summary.measures.rates:
+        name, rate = _success(run, run.opened)
+        yield Tile(
+            name, text.percent(rate), f"individual {run.opened.genome}, {text.count(run.opened.episodes, 'episode')}"
+        )
+    yield Tile(f"best mean {text.words(first)}", text.number(best.objectives[first]), aside)
     yield Tile("front", text.count(len(summary.front), "point"), f"over {text.count(len(summary.trials), 'trial')}")
     volumes = [trial.history[-1].hypervolume for trial in summary.trials]
     yield Tile("hypervolume", text.number(max(volumes)), f"best of {text.count(len(volumes), 'trial')}")
     aside = f"in {text.duration(cost.seconds)}: {text.speed(cost)}"
     yield Tile("simulated", text.duration(cost.simulated_seconds), aside)
+
+
+def _success(run: Run, point: FrontPoint) -> tuple[str, float]:
+    """Return name and rate of the success that matters most in the task."""
+    measures = run.summary.measures
+    if measures.push:
+        return text.delivery(run.scene), point.push_rate
+    if measures.successes:
+        return text.success(measures.successes[0]), point.success_rates[measures.successes[0].name]
+    return run.homing, point.homing_rate
 
 
 # ---- figures ---------------------------------------------------------------------------------------------------------

@@ -43,6 +43,8 @@ class Run:
     """Of the fronts of all trials."""
     best: set[tuple[int, int]]
     """(trial, genome) of those on the front over all trials."""
+    opened: FrontPoint
+    """The most successful of the global front, whom the page opens on."""
     episodes: dict[tuple[int, int], dict[str, Any]]
     """(trial, genome): an episode for the player."""
     faults: dict[tuple[int, int], str]
@@ -62,11 +64,16 @@ class Run:
         if not summary.front:
             raise StoreError(f"{store.folder}: expected at least one generation to report, but none is stored yet")
         best = {(point.trial, point.genome) for point in summary.front}
+        opened = fronts.most_successful(summary.front, summary.measures)
         points = [point for trial in summary.trials for point in trial.front]
         team = Team(store.config)
         for point in points:  # what another version of a plugin evolved is no single episode's fault
             team.check(store.genome(point.genome)[np.newaxis])
-        replayed = sorted(points, key=lambda point: (point.trial, point.genome) not in best)[:MOST_REPLAYS]
+        opens = opened.trial, opened.genome
+        replayed = sorted(
+            points, key=lambda one: ((one.trial, one.genome) != opens, (one.trial, one.genome) not in best)
+        )
+        replayed = replayed[:MOST_REPLAYS]
         episodes, faults = {}, {}
         for i, point in enumerate(replayed, 1):
             observe(f"{name}: replay {i} of {len(replayed)}")
@@ -76,7 +83,7 @@ class Run:
             except EvaluationError as error:
                 faults[point.trial, point.genome] = chosen.fault or str(error)
         scene = surroundings(store.config)
-        return cls(number, name, summary, assessment.stored(store), points, best, episodes, faults, scene)
+        return cls(number, name, summary, assessment.stored(store), points, best, opened, episodes, faults, scene)
 
     @property
     def homing(self) -> str:
@@ -103,11 +110,13 @@ def data(store: Store, run: Run) -> dict[str, Any]:
     """Return what ``report.js`` needs of a run. A scene that several episodes share is said once."""
     episodes = list(run.episodes.values())
     shared = episodes[0]["scene"] if episodes else []
+    keys = [(point.trial, point.genome) for point in run.points]
     return {
         "objectives": [
             {"name": text.words(o.name), "label": text.label(o), "maximise": o.is_maximised} for o in store.objectives
         ],
         "points": [_point(store, run, point) for point in run.points],
+        "opened": keys.index((run.opened.trial, run.opened.genome)),
         "scene": shared,
         "episodes": [
             {key: value for key, value in episode.items() if key != "scene" or value != shared} for episode in episodes
