@@ -15,6 +15,7 @@ from matplotlib.patches import FancyArrowPatch
 
 import small_runs
 from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis.networks import network_of
 from swarmevo.config import Config
 from swarmevo.errors import StoreError
 from swarmevo.plugins.team import Team
@@ -120,7 +121,7 @@ def drawn(controller: str, **options: Any) -> tuple[Axes, NativePolicies]:
     genes[switches] = np.arange(len(switches)) > 0
     policies, info = team.policies(genes), team.scene.info
     assert policies is not None
-    (axes,) = networks._picture(networks._first(policies, info), (*info.observation_names, "bias"), info).axes
+    (axes,) = networks._picture(network_of(policies, info), (*info.observation_names, "bias"), info).axes
     return axes, policies
 
 

@@ -29,6 +29,7 @@ from playwright.sync_api import Browser, Page
 import browser as browsers
 from swarmevo import cli, config
 from swarmevo.analysis import fronts
+from swarmevo.analysis.measures import measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ReplayError
@@ -87,9 +88,9 @@ def unpacked(chunk: dict[str, Any], name: str, kind: type[np.generic]) -> NDArra
 # ---- which episode ---------------------------------------------------------------------------------------------------
 
 
-def test_the_fronts_best_is_chosen(run: Path, chosen: Chosen) -> None:
+def test_the_fronts_most_successful_is_chosen(run: Path, chosen: Chosen) -> None:
     with Store.open(run) as store:
-        best = fronts.front(store)[0]
+        best = fronts.most_successful(fronts.front(store), measures_of(store.config, store.objectives))
     assert (chosen.genome, chosen.key) == (best.genome, (1, best.trial, best.last_generation, 0))
 
 
@@ -259,7 +260,7 @@ def test_a_stream_brings_the_same_episode(recording: Recording, episode: dict[st
     assert [name for name, _ in events] == ["head", "chunk", "chunk", "chunk", "outcome"]
     chunks = [chunk for name, chunk in events if name == "chunk"]
     assert [chunk["steps"] for chunk in chunks] == [100, 100, 100]
-    for name in ("pose", "movables", "command", "observation", "message", "at_goal", "gap"):
+    for name in ("pose", "movables", "command", "observation", "hidden", "message", "at_goal", "gap"):
         streamed = b"".join(base64.b64decode(chunk[name]) for chunk in chunks)
         assert streamed == base64.b64decode(episode["chunks"][0][name]), name
     assert events[-1][1] == replay_data.outcome(recording)

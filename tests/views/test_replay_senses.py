@@ -110,10 +110,10 @@ def test_each_device_finds_its_readings(devices: tuple[str, ...]) -> None:
 
 
 def test_a_row_has_the_robots_devices_and_no_others(page: Page) -> None:
-    heads = page.locator(".sw-team > .sw-devices > span").all_inner_texts()
+    heads = page.locator(".sw-heads .sw-devices > span").all_inner_texts()
     assert heads == [
         "infrared", "touch", "RF", "RF bearing", "range and bearing", "ground", "odometry", "movable motion", "light",
-        "sends", "at the source",
+        "sends", "at the beacon",
     ]  # fmt: skip
     row = page.locator(".sw-robot").first
     assert row.locator(".sw-glyph").count() == len(heads) - 1
@@ -129,7 +129,7 @@ def test_a_blind_robot_has_only_its_number(browser: Browser, tmp_path: Path) -> 
     film = record(settings, np.zeros(Team(settings).space.size), [EpisodeKey(1, 0, 0, 0)])
     with opened(browser, film, tmp_path) as page:
         assert page.locator(".sw-robot").all_inner_texts() == ["1", "2", "3", "4", "5"]
-        assert page.locator(".sw-team > .sw-devices > span").count() == 0
+        assert page.locator(".sw-heads .sw-devices > span").count() == 0
         assert page.locator(".sw-legend li").all_inner_texts() == ["bumper"]
 
 

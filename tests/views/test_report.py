@@ -111,7 +111,7 @@ def test_the_page_tells_where_the_run_comes_from(run: Path, page_file: Path) -> 
     assert origin["config_sha256"] in text
     assert f"<dd>{escape(', '.join(origin['plugins']))}</dd>" in text
     assert f"<dd>{escape(origin['library']['build'])}</dd>" in text
-    assert f"<pre>{escape((run / CONFIG_FILE).read_text())}</pre>" in text
+    assert f">{escape((run / CONFIG_FILE).read_text())}</pre>" in text
 
 
 def test_the_same_run_gives_the_same_page(run: Path, page_file: Path) -> None:

@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from matplotlib.patches import FancyArrowPatch
 
 from swarmevo.analysis import assessment
+from swarmevo.analysis.networks import Network, network_of
 from swarmevo.config import Config
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import Compiled, FloatArray, Linear, NativePolicies, Recurrent, SceneInfo
+from swarmevo.protocols import Compiled, FloatArray, SceneInfo
 from swarmevo.views import text
 from swarmevo.views.figures import style
 from swarmevo.views.figures.source import Run, opened
@@ -29,35 +29,13 @@ _LETTER: Final = 0.04  # columns that a letter of a name takes
 _LINE: Final = 0.16  # inches that a node takes in its column
 
 
-@dataclass(frozen=True)
-class _Network:
-    """One robot's network, without what is switched off. A bias is the last of the inputs."""
-
-    hidden: Sequence[str]
-    """h names; none of a linear network"""
-    input_hidden: FloatArray
-    """``(h, inputs)``"""
-    hidden_output: FloatArray
-    """``(commands, h)``"""
-    input_output: FloatArray
-    """``(commands, inputs)``: of a linear network all, of the others the bias alone"""
-    remembered: FloatArray
-    """``(h, h + commands)``: what hidden neurons hear of themselves and of the commands a control step ago"""
-
-    @property
-    def largest(self) -> float:
-        """The largest weight."""
-        every = (self.input_hidden, self.hidden_output, self.input_output, self.remembered)
-        return max(1e-9, *(float(np.abs(weights).max(initial=0)) for weights in every))
-
-
 def network(run: Run, genome: int | None = None) -> Picture:
     """Return an individual's network: what is switched on, weights as lines. Of a team of networks, the first robot's.
 
     Args:
         run: Whose controller is a network that the library runs: :class:`~swarmevo.protocols.FeedForward`,
             :class:`~swarmevo.protocols.Linear` or :class:`~swarmevo.protocols.Recurrent`.
-        genome: Its id; None: the first of the front over all trials.
+        genome: Its id; None: the most successful of the global front.
 
     Raises:
         ValueError: The controller is something else.
@@ -68,7 +46,7 @@ def network(run: Run, genome: int | None = None) -> Picture:
         policies, info = team.policies(store.genome(chosen)), team.scene.info
     if policies is None or isinstance(policies, Compiled):
         raise ValueError("network: expected a controller that makes networks for the library; this run's does not")
-    return _picture(_first(policies, info), (*info.observation_names, *(["bias"] if policies.bias else [])), info)
+    return _picture(network_of(policies, info), (*info.observation_names, *(["bias"] if policies.bias else [])), info)
 
 
 def has_network(settings: Config, genome: FloatArray) -> bool:
@@ -77,33 +55,10 @@ def has_network(settings: Config, genome: FloatArray) -> bool:
     return policies is not None and not isinstance(policies, Compiled)
 
 
-def _first(policies: NativePolicies, info: SceneInfo) -> _Network:
-    """Return the first of some networks."""
-    assert not isinstance(policies, Compiled)
-    inputs = info.observations + policies.bias
-    if isinstance(policies, Linear):
-        nothing = np.zeros((0, inputs)), np.zeros((info.commands, 0))
-        return _Network([], *nothing, policies.input_output[0], np.zeros((0, info.commands)))
-    on = np.flatnonzero(policies.hidden_switch[0])
-    names, remembered = [f"{number}" for number in on], np.zeros((len(on), len(on) + info.commands))
-    if isinstance(policies, Recurrent):
-        context = policies.context_hidden[0][on]
-        of_commands = policies.recurrence == "jordan"
-        remembered[:, slice(len(on), None) if of_commands else slice(len(on))] = (
-            context if of_commands else context[:, on]
-        )
-        if policies.time_constants is not None:
-            names = [f"{name}: {time:.2g} s" for name, time in zip(names, policies.time_constants[0][on], strict=True)]
-    out, direct = policies.hidden_output[0], np.zeros((info.commands, inputs))
-    if policies.bias:
-        direct[:, -1] = out[:, -1]  # the bias comes last
-    return _Network(names, policies.input_hidden[0][on], out[:, on], direct, remembered)
-
-
 # ---- drawn -----------------------------------------------------------------------------------------------------------
 
 
-def _picture(drawn: _Network, inputs: Sequence[str], info: SceneInfo) -> Picture:
+def _picture(drawn: Network, inputs: Sequence[str], info: SceneInfo) -> Picture:
     outputs, hidden = info.command_names, drawn.hidden
     margins = [0.1 + max(4, *map(len, names)) * _LETTER for names in (inputs, outputs)]
     size = _UNIT * (2 + sum(margins)), max(4.2, _LINE * max(len(inputs), len(outputs)))

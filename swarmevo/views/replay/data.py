@@ -15,10 +15,10 @@ from swarmevo.config import Config, scene_info, surroundings
 from swarmevo.protocols import WHEELS, FloatArray
 from swarmevo.simulation import layout
 from swarmevo.views import text
-from swarmevo.views.replay import scene
+from swarmevo.views.replay import networks, scene
 from swarmevo.views.replay.senses import senses
 
-FORMAT: Final = 3
+FORMAT: Final = 4
 """Of an episode's data, for the player."""
 
 MOST_BYTES: Final = 4_000_000
@@ -62,6 +62,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
     """Return what is known of an episode as soon as it has begun."""
     config = recording.config
     surrounding, span = surroundings(config), _span(config)
+    homing, drawn = layout.homing_emitters(surrounding), networks.drawn(recording)
     return {
         "format": FORMAT,
         "title": title,
@@ -75,12 +76,21 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
         "ground": {"grey": surrounding.grey, "patches": [patch.grey for patch in surrounding.patches]},
         "movables": [{"shape": movable.shape, "size": movable.size} for movable in surrounding.movables or ()],
         "emitters": [
-            {"position": emitter.position, "range": emitter.range, "rides_on": emitter.rides_on}
+            {
+                "position": emitter.position,
+                "range": emitter.range,
+                "rides_on": emitter.rides_on,
+                "label": scene.emitter_label(surrounding, emitter),
+            }
             for emitter in surrounding.emitters or ()
         ],
-        "homing": [None] * config.team.robots if layout.homing_emitters(surrounding) else None,
+        "homing": [None] * config.team.robots if homing else None,
         "senses": senses(config),
         "observations": scene_info(config).observations,
+        "message": scene_info(config).message,
+        "networks": drawn,
+        "hidden": max((len(one["hidden"]) for one in drawn), default=0),
+        "at": f"at the {text.source(homing)}" if len(homing) == 1 else f"at a {text.source(homing)}",
         "delivery": text.delivery(surrounding),
         "distance": text.delivery_distance(surrounding),
         "legend": _legend(config),
@@ -199,6 +209,7 @@ def chunk(recording: Recording, steps: range) -> dict[str, Any]:
         "movables": _integers(channel("movables") / scale, np.int16),
         "command": _integers(mean(telemetry.channels["command"][0, ..., : len(WHEELS)]), np.int8),
         "observation": _integers(np.where(touch, most("observation"), channel("observation")), np.int8),
+        "hidden": _integers(networks.activations(recording)[steps.start : steps.stop : steps.step], np.int8),
         "message": _integers(most("message"), np.uint8),
         "at_goal": _integers(most("at_goal"), np.uint8),
         "gap": "" if gap is None else _integers(gap / (2 * span), np.int16),

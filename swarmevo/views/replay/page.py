@@ -20,7 +20,10 @@ from markupsafe import Markup
 from swarmevo.views import html
 
 _PACKAGE: Final = "swarmevo.views.replay"  # of the assets
-_PARTS: Final = ("basics", "track", "senses", "scene", "plot", "team", "stage", "player")  # of our player
+_PARTS: Final = (
+    *("basics", "track", "senses", "floor", "camera", "scene"),
+    *("plot", "network", "events", "team", "stage", "menu", "keys", "player"),
+)  # of our player
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from meshcat.geometry import Box, Geometry
 from swarmevo.config import Config, Emitter, Surroundings, surroundings
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation import layout
+from swarmevo.views import text
 from swarmevo.views.replay import epuck, shapes
 from swarmevo.views.replay.shapes import Command, Material, Part
 
@@ -71,6 +72,14 @@ def clipping(config: Config) -> list[list[float]]:
 
 
 # ---- the arena -------------------------------------------------------------------------------------------------------
+
+
+def emitter_label(scene: Surroundings, emitter: Emitter) -> str:
+    """Return what an emitter is called in its scene."""
+    if emitter.channel == layout.LIGHT:
+        return "light"
+    homing = layout.homing_emitters(scene)
+    return text.source(homing) if emitter in homing else text.words(emitter.channel)
 
 
 def extent(config: Config) -> float:

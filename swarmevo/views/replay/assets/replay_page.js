@@ -12,7 +12,10 @@
     ended: () => live && next(),
   });
   if (wanted) player.seek(Number(wanted[1]));
-  document.addEventListener("keydown", (event) => event.target === document.body && player._key(event));
+  addEventListener("hashchange", () => {
+    const moment = /t=([\d.]+)/.exec(location.hash);
+    if (moment) player.seek(Number(moment[1]));
+  });
 
   // The server sends one episode for each connection: its head, its steps as they are simulated, its outcome.
   function next() {

@@ -50,7 +50,7 @@ const SwarmevoCharts = (() => {
     return found;
   }
 
-  /** A run's points as a chart. Calls `choose` with the number of the point that was clicked. */
+  /** A run's points as a chart. Calls `choose` with the number of the point that was pressed, and the event. */
   class Chart {
     constructor(parent, run, choose) {
       Object.assign(this, { parent, choose, chosen: null, nodes: [] });
@@ -86,15 +86,17 @@ const SwarmevoCharts = (() => {
       this._axes();
       if (this.run.objectives.length === 2) this._staircase();
       this._points();
-      if (this.chosen !== null) this.mark(this.chosen);
+      if (this.chosen !== null) this.mark(this.chosen, this.beside);
       this.nodes.find((node) => node.dataset.key === focused)?.focus();
     }
 
-    mark(number) {
-      this.chosen = number;
+    /** Mark the point that is chosen, and, if there is one, that which is shown beside it. */
+    mark(number, beside = null) {
+      Object.assign(this, { chosen: number, beside });
       this.nodes.forEach((node, k) => {
-        node.classList.toggle("chosen", k === number);
-        node.setAttribute("aria-pressed", k === number);
+        const isShown = k === number || k === beside;
+        node.classList.toggle("chosen", isShown);
+        node.setAttribute("aria-pressed", isShown);
       });
     }
 
@@ -130,13 +132,14 @@ const SwarmevoCharts = (() => {
       svg("text", { class: "title", x: 0, y: 0, "text-anchor": "middle", transform: `translate(11 ${middle}) rotate(-90)` }, this.root, this.titles[1]);
     }
 
-    /** Draw the edge of what the front over all trials dominates. */
+    /** Draw the edge of what the global front dominates, from one end of the axes to the other. */
     _staircase() {
-      const sign = this.run.objectives[1].maximise ? -1 : 1;
+      const [first, second] = this.run.objectives;
+      const sign = second.maximise ? -1 : 1;
       const front = this.places.filter((_, k) => this.run.points[k].front).sort((a, b) => sign * (a[0] - b[0]));
-      const end = sign > 0 ? Math.max(...this.places.map((p) => p[0])) : Math.min(...this.places.map((p) => p[0]));
-      const path = front.map(([x, y], k) => (k ? `H${this.x(x)}V${this.y(y)}` : `M${this.x(x)},${this.y(y)}`));
-      svg("path", { class: "front", d: `${path.join("")}H${this.x(end)}` }, this.root);
+      const worst = [second.maximise ? this.low[0] : this.high[0], first.maximise ? this.low[1] : this.high[1]];
+      const path = front.map(([x, y]) => `H${this.x(x)}V${this.y(y)}`);
+      svg("path", { class: "front", d: `M${this.x(front[0][0])},${this.y(worst[1])}${path.join("")}H${this.x(worst[0])}` }, this.root);
     }
 
     _points() {
@@ -150,11 +153,11 @@ const SwarmevoCharts = (() => {
         svg("path", { class: "mark", d: shape(point.trial), style: `fill: ${colour(point.trial)}` }, node);
         if (point.front) svg("circle", { class: "ring", r: 9 }, node);
         svg("circle", { class: "hit", r: 13 }, node);
-        node.addEventListener("click", () => this.choose(k));
+        node.addEventListener("click", (event) => this.choose(k, event));
         node.addEventListener("keydown", (event) => {
           if (event.key !== "Enter" && event.key !== " ") return;
           event.preventDefault();
-          this.choose(k);
+          this.choose(k, event);
         });
         for (const event of ["pointerenter", "focus"]) node.addEventListener(event, () => this._say(k));
         for (const event of ["pointerleave", "blur"]) node.addEventListener(event, () => (this.tip.hidden = true));
@@ -192,7 +195,7 @@ const SwarmevoCharts = (() => {
       const entry = element("li", "", undefined, this.legend);
       const icon = svg("svg", { viewBox: "-7 -7 14 14", "aria-hidden": "true" }, entry);
       svg("circle", { r: 5.5, fill: "none", stroke: "currentColor", "stroke-width": 1.3 }, icon);
-      entry.append("on the front over all trials");
+      entry.append("global front");
     }
   }
 

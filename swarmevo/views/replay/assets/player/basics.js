@@ -32,4 +32,5 @@ function joined(before, after) {
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 const clock = (t) => `${Math.floor(t / 60)}:${(t % 60).toFixed(1).padStart(4, "0")}`;
+const isStill = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The player of episodes: moves the scene that meshcat's viewer shows, draws the plots beside it, keeps the time.
 //
-//   const player = SwarmevoPlayer.mount(element, [episode, ...], {autoplay: false, scene: [...]});
+//   const player = SwarmevoPlayer.mount(element, [episode, ...], {autoplay: false, scene: [...], place: () => "..."});
 //   player.load([episode]); player.play(); player.pause(); player.seek(t); player.poses(t);
 //
-// An episode is what swarmevo/views/replay/data.py writes. Several are shown side by side with one time for all. Times
+// `place` says which episodes these are, for a link; `scene` is what all share. An episode is what swarmevo/views/replay/data.py writes. Several are shown side by side with one time for all. Times
 // are seconds, places metres, headings radians, world frame: x east, y north, z up. The files of this folder share one
 // function's scope, which shared/page.html.jinja puts around them.
 
@@ -18,13 +18,15 @@ class Player {
     this.speed = options.speed || 4;
     this.time = 0;
     this.playing = false;
+    this.view = { rays: true, field: true, network: false, above: false, trail: 25 };
     this.root = element("div", "sw-player", undefined, parent);
     this.place = element("div", "sw-stages", undefined, this.root);
     this._transport();
     this.onTheme = () => this.stages.forEach((stage) => stage.theme());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", this.onTheme);
     this.load(episodes);
-    if (options.autoplay && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
+    Keys.add(this);
+    if (options.autoplay && !isStill()) this.play();
   }
 
   /** Show other episodes from their start, paused. */
@@ -36,6 +38,7 @@ class Player {
     this.stages.forEach((stage, k) => stage.load(episodes[k], this.options.scene));
     this.duration = Math.max(0, ...episodes.map((episode) => episode.horizon));
     this.slider.max = this.duration;
+    this.menu.load(episodes);
     this._marks();
     this.seek(0);
   }
@@ -97,6 +100,11 @@ class Player {
     if (this.button) this._button();
   }
 
+  /** Return what happens in the episodes. */
+  get events() {
+    return this.stages.flatMap(({ track }) => eventsOf(track.episode));
+  }
+
   /** Return for each stage every robot's and movable's x, y, heading at t, as stored. */
   poses(t) {
     return this.stages.map((stage) => stage.track.poses(t));
@@ -111,6 +119,8 @@ class Player {
     this.pause();
     matchMedia("(prefers-color-scheme: dark)").removeEventListener("change", this.onTheme);
     for (const stage of this.stages) stage.close();
+    this.menu.close();
+    Keys.remove(this);
     this.root.remove();
   }
 
@@ -137,19 +147,63 @@ class Player {
     for (const times of SPEEDS) element("option", "", `${times}×`, speed).value = times;
     speed.value = this.speed;
     speed.addEventListener("change", () => (this.speed = Number(speed.value)));
+    const tools = { above: () => this._above(), picture: () => this._save(), link: () => this._link(), full: () => this._full() };
+    this.menu = new Menu(bar, this.view, () => this._apply(), tools);
     this.root.tabIndex = -1;
-    this.root.addEventListener("keydown", (event) => this._key(event));
     this._button();
   }
 
-  _key(event) {
-    if (["INPUT", "SELECT", "BUTTON"].includes(event.target.tagName)) return;
-    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (event.key === " ") this.playing ? this.pause() : this.play();
-    else if (step) this.seek(this.time + step);
-    else if (event.key === "Home") this.seek(0);
-    else return;
-    event.preventDefault();
+  _apply() {
+    for (const stage of this.stages) stage.apply();
+  }
+
+  _above() {
+    this.view.above = !this.view.above;
+    this.menu.buttons.above.setAttribute("aria-pressed", this.view.above);
+    this._apply();
+  }
+
+  /** Return the scenes as they are now, side by side, on a canvas. */
+  picture() {
+    const drawn = this.stages.filter(({ scene }) => scene).map(({ scene }) => scene.picture());
+    const canvas = document.createElement("canvas");
+    canvas.width = drawn.reduce((sum, { width }) => sum + width, 0);
+    canvas.height = Math.max(0, ...drawn.map(({ height }) => height));
+    const context = canvas.getContext("2d");
+    context.fillStyle = getComputedStyle(this.root).getPropertyValue("--sw-sky");
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    let x = 0;
+    for (const one of drawn) {
+      context.drawImage(one, x, 0);
+      x += one.width;
+    }
+    return canvas;
+  }
+
+  _save() {
+    const link = element("a", "");
+    link.href = this.picture().toDataURL("image/png");
+    const name = this.stages.map(({ track }) => track.episode.title).join(" ").replace(/[^\w.-]+/g, "-");
+    link.download = `${name}-${this.time.toFixed(1)}s.png`;
+    link.click();
+    this.menu.say("saved");
+  }
+
+  /** Put where we are into the page's address, and that onto the clipboard. */
+  async _link() {
+    const place = this.options.place ? `${this.options.place()}&` : "";
+    history.replaceState(null, "", `#${place}t=${this.time.toFixed(1)}`);
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.menu.say("copied");
+    } catch {
+      this.menu.say("it is in the address bar");
+    }
+  }
+
+  _full() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else this.root.requestFullscreen();
   }
 
   _button() {
@@ -157,7 +211,7 @@ class Player {
     this.button.setAttribute("aria-label", this.playing ? "pause" : "play");
   }
 
-  /** Mark on the slider when robots came home, in their colours, and when all movables had been at a goal. */
+  /** Mark on the slider when robots had homed in, in their colours, and when all movables had been at a goal. */
   _marks() {
     this.marks.replaceChildren();
     const mark = (t, kind, title, colour) => {
@@ -166,10 +220,11 @@ class Player {
       made.title = title;
       if (colour) made.style.background = colour;
     };
+    const isAlone = this.stages.length === 1;
     for (const { track } of this.stages) {
-      const { homing, push, colours, delivery } = track.episode;
-      if (this.stages.length === 1) (homing || []).forEach((t, i) => t !== null && mark(t, "came", `robot ${i + 1} at the source, ${t.toFixed(1)} s`, colours[i]));
-      if (push !== null && push !== undefined) mark(push, "pushed", `${delivery}, ${push.toFixed(1)} s`);
+      for (const { time, text, colour } of eventsOf(track.episode)) {
+        if (isAlone || !colour) mark(time, colour ? "came" : "pushed", `${text}, ${time.toFixed(1)} s`, colour);
+      }
     }
   }
 }

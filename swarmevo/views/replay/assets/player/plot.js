@@ -25,6 +25,7 @@ class Plot {
   /** series: [{name, colour, values, unit, digits}]; stacked: one on top of the other. */
   draw(title, series, duration, end, stacked) {
     Object.assign(this, { series, duration, end });
+    this.drawing.setAttribute("aria-label", `${title}, over the time`);
     this.caption.replaceChildren(element("span", "sw-plot-title", title));
     this.readings = series.map(({ name, colour }) => {
       const item = element("span", "sw-reading", undefined, this.caption);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An episode in meshcat's viewer: robots and movables that move, trails, signals, light and camera.
 
-const TRAIL_SECONDS = 25;
+const LABEL_HEIGHT = 0.1; // of an emitter's name [m]
 const WAVE_SECONDS = 2.4; // from the emitter to the end of its range
 const GREYEST = 0.15; // share of the floor's light that the blackest patch keeps: shadows are seen on it
 
@@ -10,22 +10,10 @@ const THEMES = {
   dark: { floor: "#39434c", wall: "#56626c", target: "#2b7f75", reached: "#2fd0bd", grid: [255, 0.06], trail: 0.9, ambient: 0.58, key: 0.48 },
 };
 
-const TRAIL_SHADER = {
-  vertexShader: `
-    attribute float time; varying float when;
-    void main() { when = time; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
-  fragmentShader: `
-    uniform float now; uniform float fade; uniform float strength; uniform vec3 colour; varying float when;
-    void main() {
-      float age = (now - when) / fade;
-      if (age < 0.0 || age > 1.0) discard;
-      gl_FragColor = vec4(colour, strength * pow(1.0 - age, 1.4));
-    }`,
-};
-
-/** One episode in meshcat's viewer. */
+/** One episode in meshcat's viewer; `view` is what of it is wanted to be seen. */
 class Scene {
-  constructor(parent) {
+  constructor(parent, view, moved) {
+    this.view = view;
     this.holder = element("div", "sw-view", undefined, parent);
     this.viewer = new MeshCat.Viewer(this.holder);
     this.viewer.gui.domElement.remove();
@@ -33,14 +21,18 @@ class Scene {
     this.viewer.hide_background();
     this.viewer.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.viewer.renderer.localClippingEnabled = true;
-    this.viewer.camera.fov = 32;
     for (const name of ["Grid", "Axes"]) this.viewer.set_property([name], "visible", false);
     this._light();
-    this.viewer.controls.maxPolarAngle = 1.5; // stay above the floor
-    this.viewer.controls.addEventListener("start", () => this._moved(true));
+    const render = this.viewer.render.bind(this.viewer);
+    this.viewer.render = () => {
+      this.viewer.controls.update();
+      this._face();
+      render();
+    };
+    this.camera = new Camera(this.viewer, this.holder, moved);
+    this.labels = element("div", "sw-labels", undefined, parent);
     this.watching = new ResizeObserver(() => this._fill());
     this.watching.observe(this.holder);
-    this.follow = null;
   }
 
   load(track, commands) {
@@ -51,14 +43,18 @@ class Scene {
     const find = (...path) => viewer.scene_tree.find(path).object;
     const { planes } = track.episode.arena;
     this.movables = track.episode.movables.map((_, i) => ({ body: find("movables", `${i}`), top: find("movables", `${i}`, "top") }));
-    this.emitters = track.episode.emitters.map((_, i) => ({
+    this.labels.replaceChildren();
+    this.emitters = track.episode.emitters.map(({ label }, i) => ({
+      label: element("span", "sw-label", label, this.labels),
       node: find("emitters", `${i}`),
+      range: find("emitters", `${i}`, "range"),
       waves: [0, 1].map((k) => find("emitters", `${i}`, "range", `wave${k}`)),
     }));
     const touch = track.sense("touch");
     const halos = ["rf", "light"].map((device) => track.sense(device)).filter(Boolean);
     this.robots = track.episode.colours.map((_, i) => ({
       body: find("robots", `${i}`),
+      number: find("robots", `${i}`, "number"),
       wheels: ["left", "right"].map((side) => find("robots", `${i}`, side)),
       touch: Array.from({ length: touch ? touch.count : 0 }, (_node, k) => find("robots", `${i}`, "touch", `${k}`)),
       halos: halos.map((sense) => ({ sense, node: find("robots", `${i}`, "halo", sense.device) })),
@@ -74,9 +70,9 @@ class Scene {
     this.beams = new Beams(track);
     viewer.set_object(["beams"], this.beams.mesh);
     this.fresh();
-    this.follow = null;
     this.theme();
-    this._moved(false);
+    this.apply();
+    this.look();
     this._fill();
   }
 
@@ -119,7 +115,7 @@ class Scene {
     viewer.scene_tree.find(["goals"]).object.traverse((node) => {
       if (node.material) node.material.color.set(reached ? this.colours.reached : this.colours.target);
     });
-    if (this.follow !== null) this._go(robots[this.follow]);
+    if (this.follow !== null) this.camera.go(robots[this.follow]);
     viewer.set_dirty();
   }
 
@@ -209,79 +205,70 @@ class Scene {
     this.key.shadow.camera.updateProjectionMatrix();
   }
 
-  /** Draw every robot's way as a ribbon on the floor, whose shader knows the time. */
+  /** Draw every robot's trail. */
   _trails() {
-    const { THREE } = MeshCat;
-    const { track } = this;
-    const width = 0.09 * track.episode.robot.radius;
+    const { track, view } = this;
     this.trails = track.episode.colours.map((colour, i) => {
-      const geometry = new THREE.BufferGeometry();
-      const place = new Float32Array(6 * track.steps);
-      const time = new Float32Array(2 * track.steps);
-      const { position } = track.episode.unit;
-      let [nx, ny] = [0, 0];
-      for (let step = 0; step < track.steps; step++) {
-        const here = 3 * (step * track.robots + i);
-        const ahead = 3 * (Math.min(step + 1, track.steps - 1) * track.robots + i);
-        const [dx, dy] = [track.pose[ahead] - track.pose[here], track.pose[ahead + 1] - track.pose[here + 1]];
-        const length = Math.hypot(dx, dy);
-        if (length > 8) [nx, ny] = [-dy / length, dx / length]; // else it stands, or trembles
-        for (const side of [0, 1]) {
-          const offset = (side ? -1 : 1) * width;
-          place.set([track.pose[here] * position + offset * nx, track.pose[here + 1] * position + offset * ny, 0.0012 + 0.00002 * i], 3 * (2 * step + side));
-          time[2 * step + side] = step * track.episode.period;
-        }
-      }
-      const index = [];
-      for (let step = 0; step + 1 < track.steps; step++) {
-        const a = 2 * step;
-        index.push(a, a + 1, a + 2, a + 1, a + 3, a + 2);
-      }
-      geometry.setAttribute("position", new THREE.BufferAttribute(place, 3));
-      geometry.setAttribute("time", new THREE.BufferAttribute(time, 1));
-      geometry.setIndex(index);
-      const material = new THREE.ShaderMaterial({
-        ...TRAIL_SHADER,
-        uniforms: {
-          now: { value: 0 },
-          fade: { value: TRAIL_SECONDS },
-          strength: { value: this.colours ? this.colours.trail : 0.75 },
-          colour: { value: new THREE.Color(colour) },
-        },
-        transparent: true,
-        depthWrite: false,
-        side: THREE.DoubleSide,
-      });
-      const mesh = new THREE.Mesh(geometry, material);
-      mesh.frustumCulled = false;
+      const mesh = trail(track, i, colour, this.colours ? this.colours.trail : 0.75, view.trail || 1);
+      mesh.visible = view.trail > 0;
       this.viewer.set_object(["trails", `${i}`], mesh);
       return mesh;
     });
   }
 
-  /** Draw a dashed outline where each movable stood at the start. */
+  /** Draw where each movable stood at the start. */
   _start() {
-    const { THREE } = MeshCat;
     if (!this.track.steps) return;
     const start = this.track.poses(0).movables;
-    this.track.episode.movables.forEach(({ shape, size }, i) => {
-      const [w, h] = [size[0] / 2, size[1] / 2];
-      const [x, y, heading] = start[i];
-      const round = Array.from({ length: 41 }, (_, k) => [w * Math.cos((k * Math.PI) / 20), w * Math.sin((k * Math.PI) / 20)]);
-      const rim = shape === "cylinder" ? round : [[w, h], [-w, h], [-w, -h], [w, -h], [w, h]];
-      const points = rim.map(
-        ([a, b]) => new THREE.Vector3(x + a * Math.cos(heading) - b * Math.sin(heading), y + a * Math.sin(heading) + b * Math.cos(heading), 0.0014),
-      );
-      const line = new THREE.Line(
-        new THREE.BufferGeometry().setFromPoints(points),
-        new THREE.LineDashedMaterial({ color: 0x9a7440, dashSize: 0.012, gapSize: 0.008 }),
-      );
-      line.computeLineDistances();
-      this.viewer.set_object(["start", `${i}`], line);
-    });
+    this.track.episode.movables.forEach((movable, i) => this.viewer.set_object(["start", `${i}`], outline(movable, start[i])));
   }
 
-  // -- camera
+  // -- what is seen of it
+
+  /** Show what is wanted of rays, field and trails, and look from where that is wanted. */
+  apply() {
+    const { view, camera } = this;
+    this.beams.mesh.visible = view.rays;
+    for (const { range } of this.emitters) range.visible = view.field;
+    for (const mesh of this.trails) {
+      mesh.visible = view.trail > 0;
+      mesh.material.uniforms.fade.value = view.trail || 1;
+    }
+    if (camera.fromAbove !== view.above) {
+      camera.fromAbove = view.above;
+      this.look();
+    }
+    this.viewer.set_dirty();
+  }
+
+  look() {
+    this.camera.look(this.track.episode.arena);
+  }
+
+  watch(robot) {
+    this.camera.watch(robot, this.track.episode.robot.radius);
+  }
+
+  get follow() {
+    return this.camera.follow;
+  }
+
+  /** Return a picture of the scene as it is now; good until the next frame. */
+  picture() {
+    this.viewer.render();
+    return this.viewer.renderer.domElement;
+  }
+
+  /** Before each frame: labels are where their emitters are, and robots' numbers stand upright. */
+  _face() {
+    if (!this.track) return;
+    this.emitters.forEach(({ node, label }) => {
+      const place = this.camera.project(node.position.x, node.position.y, LABEL_HEIGHT);
+      label.hidden = !place;
+      if (place) label.style.transform = `translate(-50%, -100%) translate(${place.map((value) => `${value.toFixed(1)}px`).join(",")})`;
+    });
+    for (const { body, number } of this.robots) number.rotation.set(0, 0, this.camera.turn - body.rotation.z);
+  }
 
   _fill() {
     const [width, height] = [this.holder.clientWidth, this.holder.clientHeight];
@@ -289,63 +276,13 @@ class Scene {
     this.viewer.renderer.setSize(width, height);
     this.viewer.camera.aspect = width / height;
     this.viewer.camera.updateProjectionMatrix();
-    if (!this.moved && this.track) this.look();
+    if (!this.camera.isMoved && this.track) this.look();
     this.viewer.set_dirty();
-  }
-
-  /** Look at the whole arena from the south, as near as it fits. The camera's own frame has y upwards. */
-  look() {
-    const { THREE } = MeshCat;
-    const { camera, controls } = this.viewer;
-    const [west, east, south, north] = this.track.episode.arena.bounds;
-    const [middleX, middleY] = [(west + east) / 2, (south + north) / 2];
-    const [halfX, halfY] = [((east - west) / 2) * 1.05, ((north - south) / 2) * 1.05];
-    const corners = [-halfX, halfX].flatMap((x) => [-halfY, halfY].flatMap((y) => [0, 0.05].map((z) => new THREE.Vector3(middleX + x, z, -middleY - y))));
-    const [turn, rise] = camera.aspect < 1.1 ? [0, 1.0] : [0, 0.86];
-    const direction = new THREE.Vector3(Math.sin(turn) * Math.cos(rise), Math.sin(rise), Math.cos(turn) * Math.cos(rise));
-    const target = new THREE.Vector3(middleX, 0, -middleY);
-    let distance = 3 * Math.max(halfX, halfY);
-    for (let turn = 0; turn < 12; turn++) {
-      camera.position.copy(target).addScaledVector(direction, distance);
-      camera.lookAt(target);
-      const matrix = new THREE.Matrix4().compose(camera.position, camera.quaternion, new THREE.Vector3(1, 1, 1)).invert();
-      const seen = corners.map((corner) => corner.clone().applyMatrix4(matrix).applyMatrix4(camera.projectionMatrix));
-      const [low, high] = [Math.min(...seen.map((p) => p.y)), Math.max(...seen.map((p) => p.y))];
-      const wide = Math.max(...seen.map((p) => Math.abs(p.x)));
-      distance *= Math.max(wide / 0.95, (high - low) / 2 / 0.86);
-      target.z -= ((low + high) / 2) * distance * Math.tan((camera.fov * Math.PI) / 360) * 0.8;
-    }
-    controls.target.copy(target);
-    this.follow = null;
-    this._moved(false);
-    this.viewer.set_dirty();
-  }
-
-  /** Come near a robot and stay with it. */
-  watch(robot) {
-    const { THREE } = MeshCat;
-    const { camera, controls } = this.viewer;
-    const direction = new THREE.Vector3().subVectors(camera.position, controls.target).normalize();
-    camera.position.copy(controls.target).addScaledVector(direction, 16 * this.track.episode.robot.radius);
-    this.follow = robot;
-    this._moved(true);
-  }
-
-  _moved(moved) {
-    this.moved = moved;
-    if (this.onMove) this.onMove(moved);
-  }
-
-  _go([x, y]) {
-    const { THREE } = MeshCat;
-    const { camera, controls } = this.viewer;
-    const step = new THREE.Vector3(x, 0.02, -y).sub(controls.target);
-    controls.target.add(step);
-    camera.position.add(step);
   }
 
   close() {
     this.watching.disconnect();
+    this.camera.close();
     this.viewer.animate = () => {};
     this.viewer.renderer.dispose();
     this.viewer.renderer.forceContextLoss();

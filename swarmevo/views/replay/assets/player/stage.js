@@ -3,30 +3,36 @@
 
 class Stage {
   constructor(parent, player) {
+    this.player = player;
     this.root = element("section", "sw-stage", undefined, parent);
     this.inner = element("div", "sw-inner", undefined, this.root);
     const scene = element("div", "sw-scene", undefined, this.inner);
+    this.canvas = scene;
+    scene.setAttribute("role", "group");
     this.legend = element("ul", "sw-legend", undefined, this.inner);
     this.side = element("aside", "sw-side", undefined, this.inner);
     const title = element("header", "sw-title", undefined, this.side);
     this.title = element("h2", "", undefined, title);
     this.subtitle = element("p", "", undefined, title);
     this.warning = element("p", "sw-warning", undefined, this.side);
+    this.heading = element("h3", "sw-heading", "in this episode", this.side);
     this.facts = element("dl", "sw-facts", undefined, this.side);
+    this.events = new Events(this.side, scene, (t) => player.seek(t));
     this.plots = [new Plot(this.side, (t) => player.seek(t)), new Plot(this.side, (t) => player.seek(t))];
+    this.network = new Network(this.side);
     this.team = new Team(this.side, (robot) => this._watch(robot));
+    this.home = element("button", "sw-camera", "whole arena");
+    this.home.type = "button";
     try {
-      this.scene = new Scene(scene);
+      this.scene = new Scene(scene, player.view, (moved) => (this.home.hidden = !moved));
     } catch (error) {
       element("p", "sw-no-scene", `The scene needs WebGL, which this browser does not give: ${error.message}`, scene);
     }
-    this.home = element("button", "sw-camera", "whole arena", scene);
-    this.home.type = "button";
+    scene.append(this.home, this.events.flag);
     this.home.addEventListener("click", () => {
       this.scene.look();
       this.team.mark(null);
     });
-    if (this.scene) this.scene.onMove = (moved) => (this.home.hidden = !moved);
   }
 
   load(episode, commands) {
@@ -37,9 +43,21 @@ class Stage {
     this.warning.hidden = !episode.warning;
     this._legend();
     this._facts();
+    this._name();
+    this.events.load(episode);
+    this.network.load(this.track);
     this.team.load(this.track);
     if (this.scene) this.scene.load(this.track, episode.scene || commands);
     this._plots();
+    this.apply();
+  }
+
+  /** Show of it what is wanted. */
+  apply() {
+    const { view } = this.player;
+    this.network.root.hidden = !view.network || this.track.episode.networks.length === 0;
+    if (this.scene) this.scene.apply();
+    if (this.now !== undefined) this.show(this.now);
   }
 
   append(chunk) {
@@ -51,6 +69,14 @@ class Stage {
   finish(outcome) {
     Object.assign(this.track.episode, outcome);
     this._facts();
+    this.events.load(this.track.episode);
+  }
+
+  /** Say what the canvas shows to who does not see it. */
+  _name() {
+    const { episode } = this.track;
+    const team = `${episode.robots} robot${episode.robots > 1 ? "s" : ""}`;
+    this.canvas.setAttribute("aria-label", `${episode.title}: ${team} in their arena, in three dimensions`);
   }
 
   _legend() {
@@ -64,6 +90,7 @@ class Stage {
 
   _facts() {
     this.facts.replaceChildren();
+    this.heading.hidden = !(this.track.episode.facts || []).length;
     for (const [label, value] of this.track.episode.facts || []) {
       const pair = element("div", "", undefined, this.facts);
       element("dt", "", label, pair);
@@ -93,6 +120,8 @@ class Stage {
     const at = this.track.at(t);
     for (const plot of this.plots) if (!plot.root.hidden) plot.show(Math.min(t, this.track.episode.horizon), at.step);
     if (!this.track.steps) return;
+    this.events.show(t, this.player.speed);
+    this.network.show(t, (this.scene && this.scene.follow) || 0);
     this.team.show(t);
   }
 

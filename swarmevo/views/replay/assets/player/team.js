@@ -4,7 +4,7 @@
 const GLYPHS = {
   /** Wedges round the robot, which looks up; one is amber where a message comes from that has a bit set. */
   rose(sense, parent) {
-    const drawing = svg("svg", { class: "sw-round", viewBox: "-12 -12 24 24" }, parent);
+    const drawing = svg("svg", { class: "sw-round", viewBox: "-12 -12 24 24", "aria-hidden": "true" }, parent);
     svg("circle", { r: 3.6 }, drawing);
     const wedges = sense.yaw.map((yaw) => svg("path", { d: wedge(yaw, Math.min(sense.half, 3.1)) }, drawing));
     return (readings) =>
@@ -19,7 +19,7 @@ const GLYPHS = {
     return (readings) => (bar.style.width = `${(100 * level(sense, readings)).toFixed(0)}%`);
   },
   needle(_sense, parent) {
-    const drawing = svg("svg", { class: "sw-round", viewBox: "-12 -12 24 24" }, parent);
+    const drawing = svg("svg", { class: "sw-round", viewBox: "-12 -12 24 24", "aria-hidden": "true" }, parent);
     svg("circle", { r: 10.5 }, drawing);
     const line = svg("line", { x1: 0, y1: 0 }, drawing);
     return ([cosine, sine]) => {
@@ -57,11 +57,13 @@ class Team {
 
   load(track) {
     this.track = track;
-    const { senses, colours, homing } = track.episode;
+    const { senses, colours, homing, at } = track.episode;
     this.root.replaceChildren();
-    const head = element("div", "sw-devices", undefined, this.root);
+    const heads = element("div", "sw-heads", undefined, this.root);
+    element("span", "", "robot", heads);
+    const head = element("div", "sw-devices", undefined, heads);
     for (const { name } of senses) element("span", "", name, head);
-    if (homing) element("span", "", "at the source", head);
+    if (homing) element("span", "", at, head);
     this.rows = colours.map((colour, i) => {
       const row = element("button", "sw-robot", undefined, this.root);
       row.type = "button";

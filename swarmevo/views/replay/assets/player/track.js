@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An episode's numbers: decoded, joined as they come, and between control steps.
 
-const FORMAT = 3; // of an episode, data.py
+const FORMAT = 4; // of an episode, data.py
 
 /** Return a signal's share of the way from silence to the strongest; of a light's sectors the brightest counts. */
 const level = ({ least = 0, most = 1 }, readings) => (most > least ? clamp((Math.max(...readings) - least) / (most - least), 0, 1) : 0);
@@ -15,7 +15,7 @@ class Track {
     this.steps = 0;
     const none = (type) => new type(0);
     this.pose = this.movables = this.gap = none(Int16Array);
-    this.command = this.observation = none(Int8Array);
+    this.command = this.observation = this.hidden = none(Int8Array);
     this.message = this.at_goal = none(Uint8Array);
     this.terms = episode.terms.map(() => none(Float32Array));
     this.wheels = none(Float32Array); // angles
@@ -23,7 +23,7 @@ class Track {
   }
 
   append(chunk) {
-    const types = { pose: Int16Array, movables: Int16Array, gap: Int16Array, command: Int8Array, observation: Int8Array, message: Uint8Array, at_goal: Uint8Array };
+    const types = { pose: Int16Array, movables: Int16Array, gap: Int16Array, command: Int8Array, observation: Int8Array, hidden: Int8Array, message: Uint8Array, at_goal: Uint8Array };
     for (const [name, type] of Object.entries(types)) {
       this[name] = joined(this[name], new type(bytes(chunk[name]).buffer));
     }
@@ -90,6 +90,32 @@ class Track {
     }
     const from = this.episode.observations * (at.step * this.robots + robot) + sense.first;
     return Float32Array.from(this.observation.subarray(from, from + sense.count), (value) => value / 127);
+  }
+
+  /** Return all that a robot observes. */
+  observed(at, robot) {
+    return this._shares(this.observation, at, robot, this.episode.observations);
+  }
+
+  /** Return the activations of a robot's hidden neurons, in [-1, 1]; of a team's networks the largest says how many. */
+  activations(at, robot) {
+    return this._shares(this.hidden, at, robot, this.episode.hidden);
+  }
+
+  commands(at, robot) {
+    return this._shares(this.command, at, robot, 2);
+  }
+
+  /** Return the bits that a robot sends. */
+  sent(at, robot) {
+    const { message } = this.episode;
+    const from = message * (at.step * this.robots + robot);
+    return Array.from(this.message.subarray(from, from + message), (bit) => (bit > 0 ? 1 : 0));
+  }
+
+  _shares(array, at, robot, n) {
+    const from = n * (at.step * this.robots + robot);
+    return Array.from(array.subarray(from, from + n), (value) => value / 127);
   }
 
   sense(device) {

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How a report reads: its first screen, keys and wheel, two controllers at once, links, print, and for everybody."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page
+
+import browser as browsers
+import small_runs
+from swarmevo.analysis import assessment, fronts
+from swarmevo.runs.store import Store
+from swarmevo.views.report import page as report
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = small_runs.make(tmp_path_factory.mktemp("runs") / "run", "episode.horizon=4")
+    with Store.open(folder) as store:
+        assessment.assess(store, (1, 3), 2, robustness=True, workers=1)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def file(run: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return report.write([run], tmp_path_factory.mktemp("report") / "report.html")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with browsers.chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def opened(browser: Browser, file: Path) -> Iterator[Page]:
+    with browsers.watch(browser, 1280, 820) as watched:
+        yield watched.open(file)
+        assert watched.errors == []
+        assert watched.requests == []
+
+
+@pytest.fixture
+def page(opened: Page) -> Page:
+    opened.evaluate(
+        "scrollTo(0, 0); document.activeElement.blur();"
+        "swarmevoReport[0].choose(swarmevoReport[0].run.opened, false); swarmevoReport[0].player.seek(2)"
+    )
+    return opened
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
+def test_scene_and_controls_are_on_the_first_screen(browser: Browser, file: Path, width: int, height: int) -> None:
+    with browsers.watch(browser, width, height) as watched:
+        page = watched.open(file)
+        opens = page.evaluate("swarmevoReport[0].run.points[swarmevoReport[0].run.opened].genome")
+        assert page.locator(".sw-title h2").inner_text() == f"Individual {opens}"
+        scene, play = page.locator(".sw-view").bounding_box(), page.locator(".sw-play").bounding_box()
+        assert scene is not None
+        assert play is not None
+        assert scene["y"] >= 0
+        assert scene["y"] + scene["height"] <= height
+        assert scene["height"] >= 0.4 * height
+        assert play["y"] + play["height"] <= height
+        assert page.evaluate("document.documentElement.scrollWidth") == width
+        browsers.keep(page, f"report-{width}")
+        assert watched.errors == []
+
+
+def test_it_opens_on_the_most_successful(run: Path, opened: Page) -> None:
+    with Store.open(run) as store:
+        summary = fronts.summarise(store)
+    best = fronts.most_successful(summary.front, summary.measures)
+    assert opened.evaluate("swarmevoReport[0].run.points[swarmevoReport[0].run.opened].genome") == best.genome
+    tile = opened.locator(".tile").first.inner_text()
+    assert f"individual {best.genome}, " in tile
+    assert tile.startswith("box at the wall")
+    assert f"Paths of individual {best.genome} " in opened.content()
+
+
+def test_means_and_one_episode_s_values_have_their_names(page: Page) -> None:
+    assert page.locator(".means caption").inner_text() == "Means over all its episodes"
+    assert page.locator(".sw-heading").inner_text() == "in this episode"
+
+
+def test_the_wheel_over_the_scene_scrolls_the_page(page: Page) -> None:
+    box = page.locator(".sw-view").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 100, box["y"] + 200)
+    page.mouse.wheel(0, 300)
+    page.wait_for_function("scrollY > 100")
+
+
+def test_space_plays_what_is_seen_and_else_scrolls(page: Page) -> None:
+    playing = "swarmevoReport[0].player.playing"
+    page.keyboard.press(" ")
+    assert page.evaluate(playing)
+    page.keyboard.press(" ")
+    assert not page.evaluate(playing)
+    page.evaluate("scrollTo(0, scrollY + document.querySelector('.columns').getBoundingClientRect().bottom + 10)")
+    before = page.evaluate("scrollY")
+    page.keyboard.press(" ")
+    page.wait_for_function(f"scrollY > {before}")
+    assert not page.evaluate(playing)
+
+
+def test_space_on_the_chosen_point_plays_and_pauses(page: Page) -> None:
+    point = page.locator(".point.chosen")
+    for is_playing in (True, False):
+        point.press(" ")
+        assert page.evaluate("swarmevoReport[0].player.playing") is is_playing
+    assert page.evaluate("swarmevoReport[0].player.time") >= 2  # it did not begin anew
+
+
+def other(page: Page) -> int:
+    """Return the number of a point that is not shown first."""
+    opens = page.evaluate("swarmevoReport[0].run.opened")
+    count = page.locator("[data-point]").count()
+    return int(next(k for k in range(count) if k != opens))
+
+
+@pytest.mark.parametrize("way", ["shift", "button"])
+def test_two_controllers_stand_side_by_side(page: Page, way: str) -> None:
+    second = other(page)
+    if way == "button":
+        page.locator(".together").click()
+    page.locator(f"[data-point='{second}']").click(modifiers=["Shift"] if way == "shift" else [], force=True)
+    shown = page.evaluate("swarmevoReport[0].shown.map((k) => `Individual ${swarmevoReport[0].run.points[k].genome}`)")
+    assert len(set(shown)) == 2
+    assert page.locator(".sw-title h2").all_inner_texts() == shown
+    assert page.locator("[data-title]").all_inner_texts() == shown
+    assert page.locator(".point.chosen").count() == 2
+    browsers.keep(page, f"report-two-{way}")
+    if way == "button":
+        page.locator(".together").click()
+        assert page.locator(".sw-title h2").count() == 1
+
+
+def test_a_link_leads_to_who_was_shown_and_when(page: Page) -> None:
+    first, second = page.evaluate("swarmevoReport[0].run.opened"), other(page)
+    page.evaluate(f"swarmevoReport[0].choose({second}, false, true); swarmevoReport[0].player.seek(1.5)")
+    page.get_by_role("button", name="copy a link").click()
+    page.wait_for_function("location.hash.includes('t=1.5')")
+    hash = page.evaluate("location.hash")
+    page.evaluate(f"swarmevoReport[0].choose({second}, false); history.replaceState(null, '', '#')")
+    page.evaluate(f"location.hash = {hash!r}")
+    page.wait_for_function("swarmevoReport[0].player.time === 1.5")
+    assert page.evaluate("swarmevoReport[0].shown") == [first, second]
+    page.evaluate("history.replaceState(null, '', '#')")
+
+
+def test_on_paper_all_is_open_and_the_scene_stands_still(page: Page) -> None:
+    closed = page.locator("main details:not([open]):not(.sw-menu)").count()
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    still = page.locator(".still canvas")
+    assert still.is_visible()
+    assert browsers.pixels(still.screenshot()).std(axis=(0, 1)).min() > 10, "it is blank"
+    assert "2.0 s" in page.locator(".still figcaption").inner_text()
+    assert closed > 2
+    assert page.locator("main details:not([open]):not(.sw-menu)").count() == 0
+    assert page.locator(".stage").is_hidden()
+    tables = page.locator(".scroll table")
+    assert {table.evaluate("(t) => getComputedStyle(t).breakInside") for table in tables.all()} == {"avoid"}
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    page.emulate_media(media="screen")
+    assert page.locator("main details:not([open]):not(.sw-menu)").count() == closed
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(page: Page, scheme: str) -> None:
+    page.emulate_media(color_scheme="dark" if scheme == "dark" else "light")
+    page.evaluate("for (const details of document.querySelectorAll('details')) details.open = true")
+    found = Axe().run(page).response["violations"]
+    page.evaluate("for (const details of document.querySelectorAll('details')) details.open = false")
+    page.emulate_media(color_scheme="light")
+    serious = [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
+    assert serious == []
+
+
+def test_every_figure_has_a_name(page: Page) -> None:
+    nameless = page.evaluate(
+        "[...document.querySelectorAll('svg, canvas')].filter((node) => !node.closest('[aria-label], [aria-hidden]')).map((node) => node.outerHTML.slice(0, 80))"  # noqa: E501
+    )
+    assert nameless == []
+
+
+def test_wide_tables_scroll_by_keyboard(browser: Browser, file: Path) -> None:
+    with browsers.watch(browser, 390, 844) as watched:
+        page = watched.open(file)
+        table = page.locator(".scroll").last
+        page.evaluate("for (const details of document.querySelectorAll('details')) details.open = true")
+        for table in page.locator(".scroll").all():
+            assert table.get_attribute("aria-label")
+        table = page.get_by_role("region", name="Tests by team size")
+        table.focus()
+        page.keyboard.press("ArrowRight")
+        page.wait_for_function("document.activeElement.scrollLeft > 0")
+        assert page.evaluate("swarmevoReport[0].player.time") == 0
+
+
+def test_the_page_says_how_to_read_it(page: Page) -> None:
+    guide = page.locator(".guide")
+    guide.locator("summary").click()
+    assert "Evolution selects whoever had good luck" in guide.inner_text()
+    guide.locator("summary").click()
