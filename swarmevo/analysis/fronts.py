@@ -9,6 +9,7 @@ worse end of each objective's range, in the objectives' own units.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
