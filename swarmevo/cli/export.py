@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TextIO
+from typing import TYPE_CHECKING, Annotated, TextIO, cast
 
 import typer
 
@@ -29,8 +29,20 @@ def export(
         typer.Option("--as", metavar="json|epuck|webots", help="Format of the controller; epuck and webots are C99."),
     ] = "json",
     robot: Annotated[int, typer.Option(metavar="N", help="The robot, if each has its own controller.")] = 0,
+    infrared: Annotated[
+        str,
+        typer.Option(
+            metavar="evolved|2013|2022",
+            help="Lookup table of the infrared sensors in Webots: as evolved with, or of its E-puck of that year.",
+        ),
+    ] = "evolved",
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Output file; default: stdout.", show_default=False)
+        Path | None,
+        typer.Option(
+            metavar="PATH",
+            help="Output file, or folder of a Webots project; default: stdout, the controller alone for Webots.",
+            show_default=False,
+        ),
     ] = None,
 ) -> None:
     """Write a run, or one of its controllers, for other programs."""
@@ -39,26 +51,49 @@ def export(
 
     if as_csv + as_json + (controller is not None) != 1:
         exit_with(USAGE, "export: expected one of --csv, --json and --controller ID")
-    if controller is None:
-        without_effect(context, "without --controller", "form", "robot")
-    if form == "json":
-        without_effect(context, "without --as epuck or webots", "robot")
-    if form not in ("json", "epuck", "webots"):
-        exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
+    _check_form(context, controller, form, infrared, out)
     with Store.open(run) as store:
         if controller is not None:
             say_changed_plugins(store)
-        text = "" if controller is None else _controller(store, controller, form, robot)
+        if form == "webots" and out is not None:
+            _write_project(store, controller or 0, infrared, out)
+            return
+        text = "" if controller is None else _controller(store, controller, form, robot, infrared)
         with files.opened(out, fresh_only=True) if out else nullcontext(streams.data()) as stream:
             _write(store, stream, text, as_csv)
 
 
-def _controller(store: Store, genome: int, form: str, robot: int) -> str:
+def _check_form(context: typer.Context, controller: int | None, form: str, infrared: str, out: Path | None) -> None:
+    """Exit if an option is wrong, or would change nothing."""
+    if controller is None:
+        without_effect(context, "without --controller", "form", "robot")
+    if form == "json":
+        without_effect(context, "without --as epuck or webots", "robot")
+    if form != "webots":
+        without_effect(context, "without --as webots", "infrared")
+    elif out is not None:
+        without_effect(context, "in a Webots project, which has all robots", "robot")
+    if form not in ("json", "epuck", "webots"):
+        exit_with(USAGE, f"--as: expected json, epuck or webots, got {form!r}")
+    if infrared not in ("evolved", "2013", "2022"):
+        exit_with(USAGE, f"--infrared: expected evolved, 2013 or 2022, got {infrared!r}")
+
+
+def _write_project(store: Store, genome: int, infrared: str, out: Path) -> None:
+    from swarmevo.runs.export import webots_project
+    from swarmevo.runs.webots.tables import Infrared
+
+    webots_project(store, genome, out, cast(Infrared, infrared))
+
+
+def _controller(store: Store, genome: int, form: str, robot: int, infrared: str) -> str:
     from swarmevo.runs import export
+    from swarmevo.runs.webots.tables import Infrared
 
     if form == "json":
         return json.dumps(export.controller(store, genome), indent=1) + "\n"
-    return export.source(store, genome, "epuck" if form == "epuck" else "webots", robot)
+    target: export.Target = "epuck" if form == "epuck" else "webots"
+    return export.source(store, genome, target, robot, cast(Infrared, infrared))
 
 
 def _write(store: Store, stream: TextIO, text: str, as_csv: bool) -> None:

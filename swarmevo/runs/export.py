@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final, Literal, TextIO
 
 import numpy as np
@@ -17,9 +18,11 @@ from swarmevo.evolution.results import COLUMNS, Column, Sizes
 from swarmevo.plugins.team import Team
 from swarmevo.printable import printable
 from swarmevo.protocols import Descriptor, FloatArray, Objective
+from swarmevo.runs import webots
 from swarmevo.runs.networks import Network, as_c, literal, plain, template
 from swarmevo.runs.networks import networks as native_networks
 from swarmevo.runs.store import Store
+from swarmevo.runs.webots.tables import Infrared
 from swarmevo.simulation import layout
 
 FORMAT: Final = 1
@@ -209,7 +212,7 @@ def networks(team: Team, genes: FloatArray) -> list[Network]:
     return native_networks(team.policies(genes), team.scene.info.control_period)
 
 
-def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
+def source(store: Store, genome: int, target: Target, robot: int = 0, infrared: Infrared = "evolved") -> str:
     """Return a controller as C99 source that needs no other file.
 
     Args:
@@ -218,13 +221,43 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
         target: A function for an E-puck's firmware, which is given observations where the robot has other sensors than
             the paper's, or a whole Webots controller.
         robot: Whose, where each robot has a genome of its own.
+        infrared: For Webots, which lookup table the world's infrared sensors have.
 
     Raises:
-        ExportError: The controller is no network of the library, there is no such robot, or the program for Webots
-            cannot read one of its sensors.
+        ExportError: The controller is no network of the library, there is no such robot, or Webots has not one of its
+            sensors.
         PluginError: The controller plugin cannot be made.
         StoreError: There is no such genome.
     """
+    found = _written(store, genome)
+    if not 0 <= robot < len(found):
+        most = f"0 to {len(found) - 1}" if len(found) > 1 else "0, for all robots have the same genome"
+        raise ExportError(f"robot: expected {most}, got {robot}")
+    return _source(store, genome, target, found, robot, infrared)
+
+
+def webots_project(store: Store, genome: int, folder: Path, infrared: Infrared = "evolved") -> None:
+    """Write a Webots project: the run's world, with the controller of each robot.
+
+    Args:
+        store: Of the run.
+        genome: Its id.
+        folder: To make; it is empty if it is there.
+        infrared: Which lookup table the world's infrared sensors have.
+
+    Raises:
+        ExportError: As :func:`source`; or Webots has not what is in the scene.
+        OutputError: The folder is not empty, or cannot be written.
+        PluginError, StoreError: As :func:`source`.
+        SimulatorError: The run's first episode cannot begin.
+    """
+    found = _written(store, genome)
+    programs = [_source(store, genome, "webots", found, robot, infrared) for robot in range(len(found))]
+    webots.write(folder, store.config, _title(store, f"Genome {genome}"), programs, infrared)
+
+
+def _written(store: Store, genome: int) -> list[Network]:
+    """Return the networks of a genome that can be written as C."""
     config = store.config
     found = networks(Team(config), store.genome(genome))
     if not found:
@@ -232,26 +265,29 @@ def source(store: Store, genome: int, target: Target, robot: int = 0) -> str:
         raise ExportError(
             f"controller {name}: expected networks that the library runs, to write as C, got another kind"
         )
-    if not 0 <= robot < len(found):
-        most = f"0 to {len(found) - 1}" if len(found) > 1 else "0, for all robots have the same genome"
-        raise ExportError(f"robot: expected {most}, got {robot}")
     if not config.robot.sensors:
         raise ExportError("robot.sensors: expected one at least to write as C, got none; write the controller as JSON")
-    others = [device for device in config.robot.sensors if device not in _OBSERVE]
-    if others and target == "webots":
-        raise ExportError(
-            f"robot.sensors: expected none but {', '.join(_OBSERVE)} for Webots, got {others[0]}; write the controller "
-            "as JSON, or with --as epuck as C that is given observations"
-        )
-    network = found[robot]
+    return found
+
+
+def _source(store: Store, genome: int, target: Target, found: Sequence[Network], robot: int, infrared: Infrared) -> str:
+    config, network = store.config, found[robot]
     own = f", robot {robot}" if len(found) > 1 else ""
-    title = _comment(f"Genome {genome}{own} of the run {store.folder.name}, written by swarmevo {__version__}.")
-    values = {**_values(config), "title": title, "description": network.description}
-    parts = ["observed"] if others else ["observe", target]
-    if target == "epuck":
-        parts.insert(-1, "motors")
-    written = [template(part).substitute(values) for part in parts]
-    return "".join([template("head").substitute(values), as_c(network), *written])
+    values = {
+        **_values(config),
+        "title": _title(store, f"Genome {genome}{own}"),
+        "description": network.description,
+    }
+    parts = [template("head").substitute(values), as_c(network)]
+    if target == "webots":
+        return "".join([*parts, webots.source(config, infrared)])
+    is_read = all(device in _OBSERVE for device in config.robot.sensors)
+    names = ["observe", "motors", "epuck"] if is_read else ["motors", "observed"]
+    return "".join([*parts, *(template(name).substitute(values) for name in names)])
+
+
+def _title(store: Store, what: str) -> str:
+    return _comment(f"{what} of the run {store.folder.name}, written by swarmevo {__version__}.")
 
 
 def _scales(config: Config) -> dict[str, float]:

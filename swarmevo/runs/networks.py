@@ -178,9 +178,9 @@ def as_c(network: Network) -> str:
     return template(network.template).substitute(network.values())
 
 
-def template(name: str) -> string.Template:
+def template(name: str, suffix: str = ".c") -> string.Template:
     """Return a file of ``templates/``."""
-    return string.Template((files("swarmevo.runs") / "templates" / f"{name}.c").read_text(encoding="utf-8"))
+    return string.Template((files("swarmevo.runs") / "templates" / f"{name}{suffix}").read_text(encoding="utf-8"))
 
 
 def literal(value: float) -> str:

@@ -349,8 +349,6 @@ def test_other_sensors_are_read_by_who_calls_it(tmp_path: Path, options: dict[st
     folder = network_run(tmp_path / "run", options, **OTHER_SENSES)
     with Store.open(folder) as store:
         source = export.source(store, 1, "epuck")
-        with pytest.raises(ExportError, match="infrared, touch, rf for Webots, got range_and_bearing; write"):
-            export.source(store, 1, "webots")
     assert "then the bits of the message" in source
     x = np.random.default_rng(2).uniform(-1, 1, (100, 14))
     found = outputs(compiled(source + OBSERVED_MAIN, tmp_path / "c"), x)
@@ -359,86 +357,6 @@ def test_other_sensors_are_read_by_who_calls_it(tmp_path: Path, options: dict[st
     np.testing.assert_array_equal(np.clip(found[:, :3], -1, 1), np.clip(commands, -1, 1))
     steps = np.clip(commands[:, :2], -1, 1) * settings.robot.top_speed * 1000 / (2 * math.pi)
     np.testing.assert_allclose(found[:, 3:], steps, rtol=0, atol=1.0)
-
-
-# A Webots that reads readings from stdin and writes the motors' speeds to stdout.
-WEBOTS_H = "typedef unsigned short WbDeviceTag;\n"
-WEBOTS = {
-    "robot.h": "int wb_robot_init(void); int wb_robot_step(int); void wb_robot_cleanup(void);\n"
-    "WbDeviceTag wb_robot_get_device(const char *);\n",
-    "distance_sensor.h": "void wb_distance_sensor_enable(WbDeviceTag, int);\n"
-    "double wb_distance_sensor_get_value(WbDeviceTag);\n",
-    "touch_sensor.h": "void wb_touch_sensor_enable(WbDeviceTag, int);\n"
-    "double wb_touch_sensor_get_value(WbDeviceTag);\n",
-    "receiver.h": "void wb_receiver_enable(WbDeviceTag, int); int wb_receiver_get_queue_length(WbDeviceTag);\n"
-    "double wb_receiver_get_signal_strength(WbDeviceTag); void wb_receiver_next_packet(WbDeviceTag);\n",
-    "motor.h": "void wb_motor_set_position(WbDeviceTag, double); void wb_motor_set_velocity(WbDeviceTag, double);\n",
-}
-WEBOTS_STUB = r"""
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <webots/distance_sensor.h>
-#include <webots/motor.h>
-#include <webots/receiver.h>
-#include <webots/robot.h>
-#include <webots/touch_sensor.h>
-static const char *names[] = {"", "ps0", "ps1", "ps2", "ps3", "ps4", "ps5", "ps6", "ps7", "ts0", "ts1", "ts2", "ts3",
-                              "receiver", "left wheel motor", "right wheel motor"};
-static double readings[14], speeds[2];
-static int enabled, packets, begun;
-int wb_robot_init(void) { return 1; }
-void wb_robot_cleanup(void) { fprintf(stderr, "enabled %d", enabled); }
-WbDeviceTag wb_robot_get_device(const char *name) {
-    WbDeviceTag i;
-    for (i = 1; i < 16; ++i) if (!strcmp(names[i], name)) return i;
-    return 0;
-}
-int wb_robot_step(int duration) {
-    int i;
-    if (duration != PERIOD) return -1;
-    if (begun) printf("%a %a\n", speeds[0], speeds[1]);
-    begun = 1;
-    for (i = 1; i < 14; ++i) if (scanf("%lf", &readings[i]) != 1) return -1;
-    packets = 2; /* the second one counts */
-    return duration;
-}
-static void enable(WbDeviceTag tag, int period) { enabled += tag > 0 && period == PERIOD; }
-void wb_distance_sensor_enable(WbDeviceTag tag, int period) { enable(tag, period); }
-void wb_touch_sensor_enable(WbDeviceTag tag, int period) { enable(tag, period); }
-void wb_receiver_enable(WbDeviceTag tag, int period) { enable(tag, period); }
-double wb_distance_sensor_get_value(WbDeviceTag tag) { return readings[tag]; }
-double wb_touch_sensor_get_value(WbDeviceTag tag) { return readings[tag]; }
-int wb_receiver_get_queue_length(WbDeviceTag tag) { return tag ? packets : 0; }
-double wb_receiver_get_signal_strength(WbDeviceTag tag) { return packets == 1 ? readings[tag] : 0.0; }
-void wb_receiver_next_packet(WbDeviceTag tag) { packets -= tag > 0; }
-void wb_motor_set_position(WbDeviceTag tag, double position) { if (!isinf(position)) speeds[tag - 14] = -1e9; }
-void wb_motor_set_velocity(WbDeviceTag tag, double velocity) { speeds[tag - 14] = velocity; }
-"""
-
-
-@of_every_kind
-def test_a_webots_controller_says_what_the_library_says(tmp_path: Path, options: dict[str, Any]) -> None:
-    folder = network_run(tmp_path / "run", options)
-    build = tmp_path / "c"
-    (build / "webots").mkdir(parents=True)
-    for name, declarations in WEBOTS.items():
-        (build / "webots" / name).write_text("#include <webots/types.h>\n" + declarations)
-    (build / "webots" / "types.h").write_text(f"#ifndef TYPES_H\n#define TYPES_H\n{WEBOTS_H}#endif\n")
-    (build / "stub.c").write_text(WEBOTS_STUB)
-    with Store.open(folder) as store:
-        source = export.source(store, 2, "webots")
-    program = compiled(source, build, "-I.", "-DPERIOD=100", "stub.c")
-    x = random_observations()
-    policies, settings = policies_of(folder, 2)
-    least, most = settings.emitter.strength
-    raw = x.copy()
-    raw[:, :8] *= 4500.0  # more than there is at contact
-    raw[:, 12] *= 1.2 * most
-    x[:, :8] = np.clip(raw[:, :8] / settings.sensors.infrared_curve[0][1], 0, 1)
-    x[:, 12] = np.clip(raw[:, 12], least, most) / most
-    found = outputs(program, raw)
-    np.testing.assert_allclose(found, commanded(policies, x) * settings.robot.top_speed, rtol=0, atol=1e-12)
 
 
 def test_each_robot_has_its_controller(tmp_path: Path) -> None:
