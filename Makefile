@@ -11,7 +11,7 @@
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
 #   make fuzz-native  the first half of it
 #   make validation  measure the physics and write docs/validation.md; half an hour
-#   make docs      docs/configuration.md, channels.md and episodes.md from the code, then all pages as HTML in build/docs
+#   make docs      docs/configuration.md, commands.md, channels.md and episodes.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
@@ -120,6 +120,7 @@ validation: $(call needs,test)
 docs: $(call needs,docs)
 	$(BIN)/python docs/generate_configuration.py
 	$(BIN)/python docs/generate_channels.py
+	$(BIN)/python docs/generate_commands.py
 	$(BIN)/python docs/generate_episodes.py
 	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
 

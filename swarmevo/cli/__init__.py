@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from swarmevo.cli.common import Verb, app, main, program
+from swarmevo.cli.common import app, main, program
+from swarmevo.cli.usage import Verb
 
 __all__ = ["VERBS", "main", "program"]
 

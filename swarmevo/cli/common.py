@@ -19,28 +19,35 @@ from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 import typer
-from typer.core import TyperCommand, TyperOption
 
 from swarmevo._version import __version__
 from swarmevo.cli import streams
 from swarmevo.cli.process import own_exit, own_stdout, run
 from swarmevo.cli.streams import FAILED as FAILED
+from swarmevo.cli.usage import USAGE as USAGE
+from swarmevo.cli.usage import Program
+from swarmevo.cli.usage import examples as examples
 from swarmevo.errors import ConfigError, Interrupted, PluginError, SwarmevoError
 from swarmevo.printable import printable
 
 if TYPE_CHECKING:
     from swarmevo.runs.store import Store
 
-USAGE = 2
 INTERRUPTED = 130
 
 _LARGEST_TEAM = 64
 
 app = typer.Typer(
+    cls=Program,
     no_args_is_help=True,
     rich_markup_mode=None,  # plain help needs no rich, whose import alone would take half of the time there is
     pretty_exceptions_enable=False,
     help="Evolve controllers for swarms of simulated robots, with several objectives at once.",
+    epilog=examples(
+        "swarmevo replay --best              robots that push the box, as a page to open",
+        "swarmevo evolve quick --seed 1      a first evolution, of about a minute",
+        "swarmevo show runs/quick-...-1      its front",
+    ),
 )
 
 
@@ -86,18 +93,6 @@ def _options_of_all(
     pass
 
 
-class Verb(TyperCommand):
-    """A command each of whose options is given once, but for ``--set`` and what only switches something on."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments."""
-        _, _, given = self.make_parser(ctx).parse_args(list(args))
-        for option in given:
-            if given.count(option) > 1 and isinstance(option, TyperOption) and not (option.multiple or option.is_flag):
-                exit_with(USAGE, f"{option.opts[0]}: expected one value, got two; give it once")
-        return super().parse_args(ctx, args)
-
-
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
@@ -132,13 +127,21 @@ def say_changed_plugins(store: Store) -> None:
 
 # ---- arguments -------------------------------------------------------------------------------------------------------
 
-Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.", exists=True, file_okay=False)]
-Workers = Annotated[str, typer.Option(metavar="auto|N", help="Episodes at once; auto: one for each core.")]
+Run = Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.", exists=True, file_okay=False)]
+Workers = Annotated[
+    str,
+    typer.Option(
+        metavar="auto|N",
+        help="How many episodes run at once; auto: one for each core. The results do not depend on it.",
+    ),
+]
 OtherWorld = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Change the world of the run; value in YAML."),
+    typer.Option(
+        "--set", metavar="SECTION.KEY=VALUE ...", help="Change the world from that of the run; values are YAML."
+    ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Everything, as JSON.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print everything there is, as JSON.")]
 
 
 def run_and_individual(text: str) -> tuple[Path, int | None]:

@@ -15,6 +15,7 @@ from swarmevo.cli.common import (
     AsJson,
     Workers,
     app,
+    examples,
     exit_with,
     interruptible,
     say,
@@ -23,23 +24,35 @@ from swarmevo.cli.common import (
 )
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "swarmevo compare runs/pde runs/cma --html pde-cma.html",
+        "swarmevo compare runs/pde-1 runs/pde-2 --against runs/cma --json",
+    )
+)
 def compare(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.", exists=True, file_okay=False)],
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="The folders of the runs.", exists=True, file_okay=False)
+    ],
     against: Annotated[
         list[Path] | None,
         typer.Option(
-            metavar="RUN", help="Hold all RUN... as one group against this one; may be repeated.", show_default=False
+            metavar="RUN",
+            help="Hold all RUN... as one group against this run, or against several if it is given again.",
+            show_default=False,
         ),
     ] = None,
-    repeats: Annotated[int, typer.Option(metavar="N", min=1, max=65535, help="Fresh tests of each controller.")] = 10,
-    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write a page.", show_default=False)] = None,
+    repeats: Annotated[
+        int, typer.Option(metavar="N", min=1, max=65535, help="Test each controller so many times, on fresh seeds.")
+    ] = 10,
+    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page as well.", show_default=False)] = None,
     workers: Workers = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Hold runs of one task against each other: fronts tested again, hypervolume, effect sizes and p-values.
+    """Hold runs of one task against each other.
 
-    Each run is a group of trials. With --against there are two groups: the runs before it, and those that it names.
+    Their fronts are tested again, and there are hypervolume, effect sizes and p-values. Each run is a group of trials.
+    With --against there are two groups: the runs before it, and those that it names.
     """
     from swarmevo.analysis import comparison
     from swarmevo.runs.store import Store

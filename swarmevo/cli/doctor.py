@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from swarmevo.cli.common import FAILED, app
+from swarmevo.cli.common import FAILED, app, examples
 
 
-@app.command()
+@app.command(epilog=examples("swarmevo doctor"))
 def doctor() -> None:
     """Check the installation; say what to do about what is unsound."""
     from swarmevo.views import console

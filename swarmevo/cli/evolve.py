@@ -16,6 +16,7 @@ from swarmevo.cli.common import (
     Run,
     Workers,
     app,
+    examples,
     exit_with,
     interruptible,
     say,
@@ -25,42 +26,74 @@ from swarmevo.cli.common import (
 )
 
 if TYPE_CHECKING:
+    from swarmevo.analysis.fronts import Summary
     from swarmevo.config import Config
     from swarmevo.evolution.threads import MakeBackend
 
 Scheduler = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Dask scheduler to run on, such as tcp://host:8786.", show_default=False),
+    typer.Option(
+        metavar="ADDRESS",
+        help="Run episodes on a Dask cluster, whose scheduler is there, such as tcp://host:8786.",
+        show_default=False,
+    ),
 ]
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "swarmevo evolve quick --seed 1 --out runs/first",
+        "swarmevo evolve paper --trials 3 --set evolution.generations=50 noise.infrared=0.1",
+        "swarmevo evolve my.yaml --plugin nsga2 --dry-run",
+    )
+)
 def evolve(
     context: typer.Context,
     config: Annotated[
-        str | None, typer.Argument(metavar="CONFIG", help="A YAML file, or quick (the default) or paper.")
+        str | None,
+        typer.Argument(
+            metavar="CONFIG",
+            help="A YAML file, or the name of a configuration that comes with swarmevo, such as paper; default: quick.",
+        ),
     ] = None,
-    plugin: Annotated[str | None, typer.Option(metavar="NAME", help="The optimiser.")] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Random seed; drawn and printed if omitted.")] = None,
-    trials: Annotated[int | None, typer.Option(metavar="N", help="Independent evolutions.")] = None,
+    plugin: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Use this optimiser; swarmevo plugins lists them.")
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Seed of all that is random; one is drawn and printed if none is given."),
+    ] = None,
+    trials: Annotated[int | None, typer.Option(metavar="N", help="Evolve so many times, independently.")] = None,
     start: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|RUN[:ID]", help="Genomes to begin from: JSON, CSV, or another run.", show_default=False
+            metavar="FILE|RUN[:ID]",
+            help="Begin from genomes of a JSON or CSV file, or of another run.",
+            show_default=False,
         ),
     ] = None,
     workers: Workers = "auto",
     settings: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Override the configuration; value in YAML."),
+        typer.Option("--set", metavar="SECTION.KEY=VALUE ...", help="Override the configuration; values are YAML."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="The run folder to make.", show_default=False)] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Make the run in this folder, which must not exist; default: a new one in runs.",
+            show_default=False,
+        ),
+    ] = None,
     scheduler: Scheduler = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check everything, forecast the cost, write nothing.")
+        bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")
     ] = False,
 ) -> None:
-    """Evolve controllers and print the Pareto front."""
+    """Evolve controllers and print their Pareto front.
+
+    Every episode is kept in a run folder, with which an interrupted evolution goes on.
+    """
     from swarmevo.config import seeded
     from swarmevo.plugins.team import load_config
 
@@ -87,20 +120,24 @@ def evolve(
     _go_on(folder, count, scheduler)
 
 
-@app.command()
+@app.command(epilog=examples("swarmevo resume runs/first", "swarmevo resume runs/first --generations +50"))
 def resume(
     context: typer.Context,
     run: Run,
     workers: Workers = "auto",
     generations: Annotated[
-        str | None, typer.Option(metavar="+N|N", help="Make the run longer: so many generations more, or in all.")
+        str | None,
+        typer.Option(metavar="+N|N", help="Make the run longer: by so many generations, or to so many in all."),
     ] = None,
     scheduler: Scheduler = None,
     accept: Annotated[
         bool, typer.Option("--accept-changed-plugin", help="Go on though a plugin was changed since the last session.")
     ] = False,
 ) -> None:
-    """Go on with an interrupted or finished run; the result is that of a run never interrupted."""
+    """Go on with a run that was interrupted, or make it longer.
+
+    The result is that of a run that was never interrupted.
+    """
     count = worker_count(workers)
     if scheduler:
         without_effect(context, "with --scheduler", "workers")
@@ -152,7 +189,18 @@ def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plu
             if store.is_in_place and (store.trials() or scheduler):
                 say(how)
             raise
-        console.show_run(fronts.summarise(store))
+        console.show_run(summary := fronts.summarise(store))
+    _say_what_next(folder, summary)
+
+
+def _say_what_next(folder: Path, summary: Summary) -> None:
+    """Print the commands that a finished run is looked at with."""
+    run = shlex.quote(str(folder))
+    say("next:")
+    say(f"  swarmevo report {run}      its front and its replays as a page to open")
+    if summary.front:
+        say(f"  swarmevo replay {run}:{summary.front[0].genome}      the first of its front in 3-D")
+    say(f"  swarmevo test {run}      its front on fresh seeds, for these values are a little too good")
 
 
 def _check(scheduler: str) -> None:

@@ -11,36 +11,49 @@ from typing import TYPE_CHECKING, Annotated, TextIO, cast
 import typer
 
 from swarmevo.cli import streams
-from swarmevo.cli.common import USAGE, Run, app, exit_with, say_changed_plugins, without_effect
+from swarmevo.cli.common import USAGE, Run, app, examples, exit_with, say_changed_plugins, without_effect
 
 if TYPE_CHECKING:
     from swarmevo.runs.store import Store
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "swarmevo export runs/first --csv --out episodes.csv",
+        "swarmevo export runs/first --controller 31 --as epuck --out controller.c",
+    )
+)
 def export(
     context: typer.Context,
     run: Run,
-    as_csv: Annotated[bool, typer.Option("--csv", help="Every episode, one line each.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Configuration, provenance, genomes and episodes.")] = False,
-    controller: Annotated[int | None, typer.Option(metavar="ID", help="The genome with this id.")] = None,
+    as_csv: Annotated[bool, typer.Option("--csv", help="Write every episode as a line of CSV.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Write configuration, provenance, genomes and episodes as JSON.")
+    ] = False,
+    controller: Annotated[
+        int | None, typer.Option(metavar="ID", help="Write the controller of the individual with this id.")
+    ] = None,
     form: Annotated[
         str,
-        typer.Option("--as", metavar="json|epuck|webots", help="Format of the controller; epuck and webots are C99."),
+        typer.Option(
+            "--as", metavar="json|epuck|webots", help="Write the controller in this format; epuck and webots are C99."
+        ),
     ] = "json",
-    robot: Annotated[int, typer.Option(metavar="N", help="The robot, if each has its own controller.")] = 0,
+    robot: Annotated[
+        int, typer.Option(metavar="N", help="Write the controller of this robot, where each has its own.")
+    ] = 0,
     infrared: Annotated[
         str,
         typer.Option(
             metavar="evolved|2013|2022",
-            help="Lookup table of the infrared sensors in Webots: as evolved with, or of its E-puck of that year.",
+            help="Give the infrared sensors in Webots the table evolved with, or that of its E-puck of this year.",
         ),
     ] = "evolved",
     out: Annotated[
         Path | None,
         typer.Option(
             metavar="PATH",
-            help="Output file, or folder of a Webots project; default: stdout, the controller alone for Webots.",
+            help="Write this file, or the folder of a Webots project; default: stdout, the controller alone for it.",
             show_default=False,
         ),
     ] = None,

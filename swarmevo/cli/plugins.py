@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import FAILED, USAGE, app, exit_with
+from swarmevo.cli.common import FAILED, USAGE, app, examples, exit_with
 
-plugins_app = typer.Typer(rich_markup_mode=None)
+plugins_app = typer.Typer(rich_markup_mode=None, epilog=examples("swarmevo plugins", "swarmevo plugins check pde"))
 app.add_typer(plugins_app, name="plugins")
 
 
@@ -23,8 +23,8 @@ def list_plugins(context: typer.Context) -> None:
         console.show_plugins(plugins.discover())
 
 
-@plugins_app.command("check")
-def check_plugin(name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
+@plugins_app.command("check", epilog=examples("swarmevo plugins check pde"))
+def check_plugin(name: Annotated[str, typer.Argument(metavar="NAME", help="The plugin's name.")]) -> None:
     """Load a plugin, make it with its defaults and print its options."""
     from swarmevo import plugins
     from swarmevo.views import console

@@ -15,6 +15,7 @@ from swarmevo.cli.common import (
     USAGE,
     OtherWorld,
     app,
+    examples,
     exit_with,
     run_and_individual,
     say,
@@ -25,34 +26,59 @@ from swarmevo.cli.common import (
 _SIDE_BY_SIDE = 8  # replays in a page
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "swarmevo replay --best --robots 3-5",
+        "swarmevo replay runs/first:31 --html 31.html",
+        "swarmevo replay runs/first --video push.webp --seconds 0-60",
+    )
+)
 def replay(
     context: typer.Context,
     run: Annotated[
         str | None,
-        typer.Argument(metavar="RUN[:ID]", help="A run folder, and an individual; default: its most successful."),
+        typer.Argument(
+            metavar="RUN[:ID]", help="The folder of a run, and the id of an individual; default: its most successful."
+        ),
     ] = None,
-    best: Annotated[bool, typer.Option("--best", help="The controller that comes with swarmevo, of no run.")] = False,
-    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page that opens offline.")] = None,
-    video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a .webp or .mp4; needs Chromium.")] = None,
+    best: Annotated[
+        bool, typer.Option("--best", help="Show the controller that comes with swarmevo, which is of no run.")
+    ] = False,
+    html: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write to this file; default: in the run folder. It opens offline."),
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a film, .webp or .mp4, instead; it needs Chromium.")
+    ] = None,
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page on this machine.")] = False,
     live: Annotated[bool, typer.Option("--live", help="Serve episodes that are simulated while they play.")] = False,
     generation: Annotated[
-        int | None, typer.Option(metavar="N", help="Generation of the episode; default: the last one.")
+        int | None, typer.Option(metavar="N", help="Show an episode of this generation; default: the last one.")
     ] = None,
-    repeat: Annotated[int, typer.Option(metavar="N", help="Repeat of the episode.")] = 0,
-    robots: Annotated[str | None, typer.Option(metavar="N|N-M", help="Teams of these sizes, side by side.")] = None,
+    repeat: Annotated[int, typer.Option(metavar="N", help="Show this repeat of the episode.")] = 0,
+    robots: Annotated[
+        str | None, typer.Option(metavar="N|N-M", help="Show teams of these sizes, side by side.")
+    ] = None,
     settings: OtherWorld = None,
     speed: Annotated[
-        float, typer.Option(metavar="X", help="Speed of the video: times real time.", min=0.1, max=100)
+        float, typer.Option(metavar="X", help="Let the film run at so many times real time.", min=0.1, max=100)
     ] = 8.0,
     seconds: Annotated[
-        str | None, typer.Option(metavar="FROM-TO", help="Part of the episode that the video shows.")
+        str | None, typer.Option(metavar="FROM-TO", help="Show this part of the episode in the film.")
     ] = None,
-    port: Annotated[int, typer.Option(metavar="N", help="Port to serve on; 0: any.", min=0, max=65535)] = 8000,
-    force: Annotated[bool, typer.Option("--force", help="Show a trajectory that differs from the stored one.")] = False,
+    port: Annotated[
+        int, typer.Option(metavar="N", help="Serve on this port; 0: any that is free.", min=0, max=65535)
+    ] = 8000,
+    force: Annotated[
+        bool, typer.Option("--force", help="Show a trajectory though it differs from the stored one.")
+    ] = False,
 ) -> None:
-    """Simulate an individual's stored episode once more, or the shipped controller, and show it in 3-D."""
+    """Show an episode of an individual in 3-D.
+
+    It is the stored one, simulated once more and checked bit by bit, or one in another world, or one of the controller
+    that comes with swarmevo.
+    """
     from swarmevo.analysis import shipped
     from swarmevo.runs import other_world
     from swarmevo.runs.store import Store

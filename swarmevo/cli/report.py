@@ -9,20 +9,31 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import USAGE, app, exit_with, say, say_changed_plugins
+from swarmevo.cli.common import USAGE, app, examples, exit_with, say, say_changed_plugins
 
 
-@app.command()
+@app.command(
+    epilog=examples(
+        "swarmevo report runs/first", "swarmevo report runs/pde runs/cma --html both.html --figures figures"
+    )
+)
 def report(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders.", exists=True, file_okay=False)],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="The folders of one or more runs.", exists=True, file_okay=False),
+    ],
     html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Default: report.html in the run folder.", show_default=False)
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write to this file; default: report.html in the run folder.", show_default=False
+        ),
     ] = None,
     figures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Also write the figures as PDF and PNG.", show_default=False)
+        Path | None,
+        typer.Option(metavar="DIR", help="Write the figures there as well, as PDF and PNG.", show_default=False),
     ] = None,
 ) -> None:
-    """Write one HTML page about runs, with replays to click on; it needs no network."""
+    """Write one HTML page about runs, with replays to click on. It needs no network."""
     from swarmevo.runs.store import Store
     from swarmevo.runs.tests_file import TESTS_FILE
     from swarmevo.views.report import page as report

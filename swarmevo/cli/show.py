@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from swarmevo.cli.common import AsJson, Run, app, say_how_it_was_left
+from swarmevo.cli.common import AsJson, Run, app, examples, say_how_it_was_left
 
 
-@app.command()
+@app.command(epilog=examples("swarmevo show runs/first", "swarmevo show runs/first --json"))
 def show(run: Run, as_json: AsJson = False) -> None:
     """Print a run's fronts, its hypervolume and its cost so far."""
     from swarmevo.analysis import fronts

@@ -14,6 +14,7 @@ from swarmevo.cli.common import (
     OtherWorld,
     Workers,
     app,
+    examples,
     exit_with,
     interruptible,
     run_and_individual,
@@ -34,45 +35,64 @@ if TYPE_CHECKING:
     from swarmevo.runs.tests import StoredTests
 
 
-@app.command("test")
+@app.command(
+    "test",
+    epilog=examples(
+        "swarmevo test runs/first --repeats 100",
+        "swarmevo test runs/first:31 --robots 3-5 --until 0.97",
+        "swarmevo test --genome best.json paper --set noise.infrared=0.1",
+    ),
+)
 def assess(
     context: typer.Context,
     run: Annotated[
         str | None,
         typer.Argument(
             metavar="RUN[:ID]",
-            help="A run folder, and an individual; default: those of its fronts. With --genome: a configuration.",
+            help="The folder of a run, and the id of an individual; default: those of its fronts. With --genome a "
+            "configuration.",
             show_default=False,
         ),
     ] = None,
     genome: Annotated[
         str | None,
-        typer.Option(metavar="FILE|RUN[:ID]", help="Controllers of no run: JSON, CSV, or of another run."),
+        typer.Option(metavar="FILE|RUN[:ID]", help="Test controllers of a JSON or CSV file, or of another run."),
     ] = None,
-    robots: Annotated[str, typer.Option(metavar="N|N-M", help="Team sizes: rows of the table.")] = "1-5",
+    robots: Annotated[
+        str, typer.Option(metavar="N|N-M", help="Test teams of these sizes, each a row of the table.")
+    ] = "1-5",
     repeats: Annotated[
         int | None,
         typer.Option(
-            metavar="N", min=1, max=65535, help="Tests of each controller; default: 5, with --until 1000 at most."
+            metavar="N",
+            min=1,
+            max=65535,
+            help="Test each controller so many times; default: 5, with --until 1000 at most.",
         ),
     ] = None,
     until: Annotated[
-        float | None, typer.Option(metavar="RATE", help="Test each until its 95 % interval is above or below.")
+        float | None,
+        typer.Option(metavar="RATE", help="Test each until its 95 % interval is above or below this rate."),
     ] = None,
     rate: Annotated[
         str | None,
         typer.Option(
-            metavar="push|homing|OBJECTIVE", help="Of --until; default: the task's first.", show_default=False
+            metavar="push|homing|OBJECTIVE",
+            help="Which rate --until means; default: the task's first.",
+            show_default=False,
         ),
     ] = None,
-    robustness: Annotated[bool, typer.Option("--robustness", help="Also other noise, starts and bumpers.")] = False,
+    robustness: Annotated[
+        bool, typer.Option("--robustness", help="Test with other noise, starts and bumpers as well.")
+    ] = False,
     settings: OtherWorld = None,
     workers: Workers = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Test the fronts' controllers on fresh seeds, in teams of several sizes. Tests add up.
+    """Test the fronts' controllers on fresh seeds.
 
-    In the paper's scene this is its Table II, in others what they have of sources, goals and objectives.
+    Tests of teams of several sizes add up from one command to the next. In the paper's scene this is its Table II, in
+    others what they have of sources, goals and objectives.
     """
     from swarmevo.analysis import assessment, sequential
 

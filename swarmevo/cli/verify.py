@@ -7,19 +7,23 @@ from typing import Annotated
 
 import typer
 
-from swarmevo.cli.common import FAILED, AsJson, Run, Workers, app, interruptible, worker_count
+from swarmevo.cli.common import FAILED, AsJson, Run, Workers, app, examples, interruptible, worker_count
 
 
-@app.command()
+@app.command(epilog=examples("swarmevo verify runs/first", "swarmevo verify runs/first --sample 100"))
 def verify(
     run: Run,
     sample: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Only so many evaluations, and tests, drawn at random.")
+        int | None,
+        typer.Option(metavar="N", min=1, help="Simulate only so many evaluations, and so many tests, drawn at random."),
     ] = None,
     workers: Workers = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Simulate a run's evaluations and tests anew; say what differs, and why. Exit code 1: something does."""
+    """Simulate a run anew and say what differs, and why.
+
+    Its evaluations and tests are simulated; the exit code is 1 where something differs.
+    """
     from swarmevo.runs import verification
     from swarmevo.runs.store import Store
     from swarmevo.views import console

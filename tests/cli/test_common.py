@@ -10,9 +10,11 @@ import sys
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
+from typer.main import get_command
 
 import swarmevo
 from cli.conftest import Swarmevo, files
@@ -37,7 +39,7 @@ def test_help_imports_nothing_heavy() -> None:
 
 def test_every_module_is_a_verb_but_what_they_share() -> None:
     modules = {module.name for module in pkgutil.iter_modules(cli.__path__)}
-    assert modules - {"common", "process", "streams"} == set(cli.VERBS)
+    assert modules - {"common", "process", "streams", "usage"} == set(cli.VERBS)
 
 
 def test_version(swarmevo_: Swarmevo) -> None:
@@ -158,3 +160,39 @@ def test_the_defaults_of_test_are_those_of_the_analysis() -> None:
     """They stand twice, so that --help imports nothing heavy."""
     defaults = {name: parameter.default for name, parameter in inspect.signature(assess).parameters.items()}
     assert team_sizes(defaults["robots"]) == list(assessment.TEAM_SIZES)
+
+
+# ---- help and usage errors -------------------------------------------------------------------------------------------
+
+
+def verbs() -> dict[str, Any]:
+    return dict(get_command(cli.app).commands)
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_a_help_text_tells_whole_sentences_and_has_examples(verb: str) -> None:
+    command = verbs()[verb]
+    assert command.get_short_help_str(62).endswith(".")
+    assert not command.get_short_help_str(62).endswith("...")
+    helps = [one.help for one in command.params if one.help]
+    assert [text for text in helps if not text.endswith(".") or not text[0].isupper()] == []
+    assert f"  swarmevo {verb}" in command.epilog
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["nosuch"], "no such command 'nosuch'; see: swarmevo --help"),
+        (["show"], "missing argument 'RUN'; see: swarmevo show --help"),
+        (
+            ["evolve", "--sed", "1"],
+            "no such option: --sed (Possible options: --scheduler, --seed, --set); see: swarmevo evolve --help",
+        ),
+        (["plugins", "nosuch"], "no such command 'nosuch'; see: swarmevo plugins --help"),
+    ],
+)
+def test_usage_errors_look_like_all_others(arguments: list[str], error: str, capsys: Any) -> None:
+    with pytest.raises(SystemExit) as exit:
+        cli.main(arguments)
+    assert exit.value.code == 2
+    assert capsys.readouterr().err == f"error: {error}\n"

@@ -33,7 +33,7 @@ def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swa
     assert done.code == 0
     assert "Front over all trials" in done.out
     assert "Front of trial 1" in done.out
-    first, *lines = done.err.splitlines()
+    first, *lines = done.err.partition("next:\n")[0].splitlines()
     assert first == "run run, seed 1"
     pattern = r"trial [01]/1, generation [01]/1: best box_pushing \S+, front \d, \d new, \S+ episodes/s, 0:00:0\d left"
     assert [bool(re.fullmatch(pattern, line)) for line in lines] == [True] * 4
@@ -241,7 +241,11 @@ def test_a_signal_ends_cleanly_and_resume_gives_the_uninterrupted_result(
 
 def test_resume_of_a_complete_run_shows_it(swarmevo_: Swarmevo) -> None:
     evolved = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
-    assert swarmevo_("resume", "run") == (0, evolved.out, "")
+    again = swarmevo_("resume", "run")
+    assert again[:2] == (0, evolved.out)
+    assert [line.split()[:2] for line in again.err.splitlines()[1:]] == [
+        ["swarmevo", verb] for verb in ("report", "replay", "test")
+    ]
 
 
 # ---- terminals -------------------------------------------------------------------------------------------------------
