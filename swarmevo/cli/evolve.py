@@ -26,7 +26,6 @@ from swarmevo.cli.common import (
 )
 
 if TYPE_CHECKING:
-    from swarmevo.analysis.fronts import Summary
     from swarmevo.config import Config
     from swarmevo.evolution.threads import MakeBackend
 
@@ -189,17 +188,16 @@ def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plu
             if store.is_in_place and (store.trials() or scheduler):
                 say(how)
             raise
-        console.show_run(summary := fronts.summarise(store))
-    _say_what_next(folder, summary)
+        console.show_run(fronts.summarise(store))
+    _say_what_next(folder)
 
 
-def _say_what_next(folder: Path, summary: Summary) -> None:
+def _say_what_next(folder: Path) -> None:
     """Print the commands that a finished run is looked at with."""
     run = shlex.quote(str(folder))
     say("next:")
     say(f"  swarmevo report {run}      its front and its replays as a page to open")
-    if summary.front:
-        say(f"  swarmevo replay {run}:{summary.front[0].genome}      the first of its front in 3-D")
+    say(f"  swarmevo replay {run}      the most successful of its front in 3-D")
     say(f"  swarmevo test {run}      its front on fresh seeds, for these values are a little too good")
 
 
