@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         load_config,
         open,
         resume,
+        sweep,
     )
     from swarmevo.config import Config
     from swarmevo.errors import (
@@ -68,7 +69,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "swarmevo.api": (
         "Controller", "Episodes", "Front", "Individual", "Rates", "Replay", "Run", "best", "evolve", "load_config",
-        "open", "resume",
+        "open", "resume", "sweep",
     ),
     "swarmevo.config": ("Config",),
     "swarmevo.errors": (
@@ -104,6 +105,7 @@ __all__ = [
     "load_config",
     "open",
     "resume",
+    "sweep",
 ]
 
 

@@ -9,7 +9,6 @@ the tests leave. The trial is the unit of all statistics.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -227,17 +226,13 @@ def _trials(
             tested=_share(objectives, values),
             first=float(first.max() if objectives[0].is_maximised else first.min()),
             success=max(one.success for one in members) if rates else None,
-            course=[(step.episodes, step.hypervolume / _volume(objectives)) for step in history],
+            course=[(step.episodes, step.hypervolume / fronts.volume(objectives)) for step in history],
             points=fronts.non_dominated(objectives, values).tolist(),
         )
 
 
 def _share(objectives: Sequence[Objective], points: FloatArray) -> float:
-    return fronts.hypervolume(objectives, points) / _volume(objectives)
-
-
-def _volume(objectives: Sequence[Objective]) -> float:
-    return math.prod(high - low for low, high in (objective.range for objective in objectives))
+    return fronts.hypervolume(objectives, points) / fronts.volume(objectives)
 
 
 def hypervolume_at(trials: Sequence[Trial], episodes: FloatArray) -> FloatArray:

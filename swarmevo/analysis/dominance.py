@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import moocore
@@ -15,6 +16,11 @@ def hypervolume(objectives: Sequence[Objective], points: FloatArray) -> float:
     """Return the volume that ``points`` ``(n, m)`` dominate, against the worse end of each objective's range."""
     reference = [objective.worst for objective in objectives]
     return float(moocore.hypervolume(points, ref=reference, maximise=_maximised(objectives)))
+
+
+def volume(objectives: Sequence[Objective]) -> float:
+    """Return the product of the objectives' ranges, which no hypervolume exceeds."""
+    return math.prod(high - low for low, high in (objective.range for objective in objectives))
 
 
 def places(objectives: Sequence[Objective], points: FloatArray) -> IntArray:

@@ -21,6 +21,7 @@ from swarmevo.analysis.course import Step as Step
 from swarmevo.analysis.course import history as history
 from swarmevo.analysis.dominance import hypervolume as hypervolume
 from swarmevo.analysis.dominance import non_dominated as non_dominated
+from swarmevo.analysis.dominance import volume as volume
 from swarmevo.analysis.measures import HOMING, PUSH, Measures, measures_of
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget

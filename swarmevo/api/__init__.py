@@ -3,6 +3,7 @@
 
 from swarmevo.api.individuals import Controller, Episodes, Front, Individual, Rates, Replay, best
 from swarmevo.api.runs import Run, evolve, load_config, open, resume
+from swarmevo.api.sweeps import sweep
 
 __all__ = [
     "Controller",
@@ -17,4 +18,5 @@ __all__ = [
     "load_config",
     "open",
     "resume",
+    "sweep",
 ]

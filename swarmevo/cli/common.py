@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 
 _LARGEST_TEAM = 64
+_LISTS = ("--set", "--grid")  # options of which several values may follow
 
 app = typer.Typer(
     cls=Program,
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     given = sys.argv[1:] if arguments is None else arguments
     with streams.guarded(), own_stdout(), own_exit():
         try:
-            app(args=_repeat_set(given), prog_name="swarmevo")
+            app(args=_repeat_lists(given), prog_name="swarmevo")
         except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
             exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
     raise SystemExit(0)
@@ -67,14 +68,15 @@ def program() -> NoReturn:
     run(main)
 
 
-def _repeat_set(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with ``--set a.b=1 c.d=2`` spelled as ``--set a.b=1 --set c.d=2``."""
+def _repeat_lists(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with ``--set a.b=1 c.d=2`` spelled as ``--set a.b=1 --set c.d=2``; so is ``--grid``."""
     spelled: list[str] = []
-    setting = False
+    listing = ""
     for argument in arguments:
-        follows = setting and bool(re.match(r"\w[\w-]*(\.[\w-]+)*=", argument))
-        spelled += ["--set", argument] if follows and spelled[-1] != "--set" else [argument]
-        setting = argument == "--set" or argument.startswith("--set=") or follows
+        follows = bool(listing) and bool(re.match(r"\w[\w-]*(\.[\w-]+)*=", argument))
+        spelled += [listing, argument] if follows and spelled[-1] != listing else [argument]
+        named = argument.partition("=")[0]
+        listing = named if named in _LISTS else listing if follows else ""
     return spelled
 
 

@@ -32,7 +32,13 @@ from swarmevo.cli.common import (
 )
 def compare(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="The folders of the runs.", exists=True, file_okay=False)
+        list[Path],
+        typer.Argument(
+            metavar="RUN...",
+            help="The folders of the runs; a folder of runs, or a sweep, stands for all in it.",
+            exists=True,
+            file_okay=False,
+        ),
     ],
     against: Annotated[
         list[Path] | None,
@@ -51,8 +57,9 @@ def compare(
 ) -> None:
     """Hold runs of one task against each other.
 
-    Their fronts are tested again, and there are hypervolume, effect sizes and p-values. Each run is a group of trials.
-    With --against there are two groups: the runs before it, and those that it names.
+    Their fronts are tested again, and there are hypervolume, effect sizes and p-values. Each run is a group of trials,
+    and so are all runs of a folder of runs; a sweep has a group for each setting. With --against there are two groups:
+    the runs before it, and those that it names.
     """
     from swarmevo.analysis import comparison
     from swarmevo.runs.store import Store
@@ -80,15 +87,19 @@ def compare(
 
 def _groups(runs: list[Path], against: list[Path]) -> dict[str, list[Path]]:
     """Return the folders of each group, by a name that no other has."""
-    every = [folder.resolve() for folder in (*runs, *against)]
+    from swarmevo.sweeps import folder as folders
+
+    ours, theirs = folders.groups(runs), folders.groups(against)
+    every = [folder.resolve() for group in (*ours, *theirs) for folder in folders.runs_of(group)]
     for folder in every:
         if every.count(folder) > 1:
             exit_with(USAGE, f"{folder}: expected each run once, got it twice; leave one out")
-    if not against and len(runs) < 2:
+    if not against and len(ours) < 2:
         exit_with(USAGE, "compare: expected at least two runs, got one; name another")
     from swarmevo.views.report.page import names
 
-    called = names([*runs, *against])
+    called = names([*ours, *theirs])
     if not against:
-        return {name: [folder] for name, folder in zip(called, runs, strict=True)}
-    return {"+".join(called[: len(runs)]): runs, "+".join(called[len(runs) :]): against}
+        return {name: folders.runs_of(group) for name, group in zip(called, ours, strict=True)}
+    sides = {"+".join(called[: len(ours)]): ours, "+".join(called[len(ours) :]): theirs}
+    return {name: [run for group in side for run in folders.runs_of(group)] for name, side in sides.items()}

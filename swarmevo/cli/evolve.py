@@ -112,7 +112,7 @@ def evolve(
     from swarmevo.runs import driver
 
     if scheduler:
-        _check(scheduler)
+        check_scheduler(scheduler)
     with interruptible("nothing was written") as stop:
         folder = driver.begin(out, chosen, stop, Path(config or "quick").stem)
     say(f"run {folder}, seed {chosen.evolution.seed}")
@@ -133,11 +133,19 @@ def resume(
         bool, typer.Option("--accept-changed-plugin", help="Go on though a plugin was changed since the last session.")
     ] = False,
 ) -> None:
-    """Go on with a run that was interrupted, or make it longer.
+    """Go on with a run or a sweep that was interrupted, or make a run longer.
 
-    The result is that of a run that was never interrupted.
+    The result is that of one that was never interrupted.
     """
+    from swarmevo.sweeps import folder
+
     count = worker_count(workers)
+    if folder.is_sweep(run):
+        from swarmevo.cli import sweep
+
+        without_effect(context, "on a sweep", "generations")
+        sweep.go_on(folder.Sweep.open(run), count, scheduler, accept_changed_plugin=accept)
+        return
     if scheduler:
         without_effect(context, "with --scheduler", "workers")
     if generations is not None:
@@ -201,7 +209,7 @@ def _say_what_next(folder: Path) -> None:
     say(f"  swarmevo test {run}      its front on fresh seeds, for these values are a little too good")
 
 
-def _check(scheduler: str) -> None:
+def check_scheduler(scheduler: str) -> None:
     """Refuse a scheduler that does not answer, before a folder is made."""
     from swarmevo.evolution import cluster
 

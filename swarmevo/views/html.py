@@ -20,6 +20,7 @@ from swarmevo.views import text
 PACKAGES: Final = {
     "shared": "swarmevo.views",
     "compare": "swarmevo.views.compare",
+    "sweep": "swarmevo.views.sweep",
     "report": "swarmevo.views.report",
     "replay": "swarmevo.views.replay",
 }

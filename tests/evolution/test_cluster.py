@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import swarmevo as se
 from conftest import Distribution
 from swarmevo import cli
 from swarmevo import config as configuration
@@ -167,6 +168,15 @@ def test_a_cluster_gives_the_bits_of_one_machine(tmp_path: Path, steady: Cluster
     with Store.open(tmp_path / "run") as store:
         origin = store.session(int(store.sessions(0, 0)[0]))
         assert origin["worker_cpus"] == [origin["cpu"]]
+
+
+def test_a_sweep_on_a_cluster_gives_the_bits_of_one_machine(tmp_path: Path, steady: Cluster, local: Any) -> None:
+    chosen = dict(setting.split("=") for setting in SETTINGS if not setting.startswith(("evolution.seed", "team")))
+    shared = {key: int(value) for key, value in chosen.items()}
+    grid = {"team.robots": [2, 3]}
+    found = se.sweep("quick", grid, seeds=[3], set=shared, out=tmp_path / "s", scheduler=steady.address, workers=2)
+    assert [row.state for row in found.rows] == ["complete", "complete"]
+    assert content(tmp_path / "s" / "robots=2" / "seed-3") == local
 
 
 def test_jobs_are_as_many_as_threads_need(steady: Cluster) -> None:

@@ -32,7 +32,7 @@ def progress(done: int, total: int) -> Iterator[Callable[[Progress], None]]:
         done: Generations stored already, over all trials.
         total: Generations of the whole run.
     """
-    if (console := _terminal()) is None:
+    if (console := terminal()) is None:
         warn = _standstill_warning(_print_line)
 
         def observe_line(now: Progress) -> None:
@@ -77,7 +77,7 @@ def _print_line(line: str) -> None:
 @contextmanager
 def frames(total: int) -> Iterator[Callable[[int], None]]:
     """Show how many frames of a film are drawn: a live bar on a terminal, a line now and then elsewhere."""
-    if _terminal() is None:
+    if terminal() is None:
         some = max(1, total // 4)
         yield lambda done: print(f"frame {done} of {total}", file=sys.stderr) if done % some == 0 else None
         return
@@ -103,7 +103,7 @@ def evaluations() -> Iterator[Observe]:
 @contextmanager
 def _counter(said: str, transient: bool = False) -> Iterator[Observe]:
     """Show a bar with words beside it, from when the total is known; on a terminal only, elsewhere nothing."""
-    if (console := _terminal()) is None:
+    if (console := terminal()) is None:
         yield lambda done, total: None
         return
     columns = (BarColumn(bar_width=None), TextColumn(said, markup=False))
@@ -112,7 +112,7 @@ def _counter(said: str, transient: bool = False) -> Iterator[Observe]:
         yield lambda done, total: bar.update(task, completed=done, total=total, visible=True)
 
 
-def _terminal() -> Console | None:
+def terminal() -> Console | None:
     """Return stderr, if a live bar can be shown there."""
     console = Console(stderr=True)
     return console if console.is_terminal and not console.is_dumb_terminal else None

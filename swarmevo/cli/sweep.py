@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``swarmevo sweep``; and ``show`` and ``resume`` of a sweep."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmevo.cli import streams
+from swarmevo.cli.common import (
+    FAILED,
+    AsJson,
+    Workers,
+    app,
+    examples,
+    exit_with,
+    interruptible,
+    say,
+    without_effect,
+    worker_count,
+)
+from swarmevo.cli.evolve import Scheduler, check_scheduler
+
+if TYPE_CHECKING:
+    from swarmevo.sweeps.folder import Sweep
+    from swarmevo.sweeps.outcome import Findings
+
+
+@app.command(
+    epilog=examples(
+        "swarmevo sweep paper --grid optimiser.pde.mutation_rate=0.01,0.1 team.robots=3,5 --seeds 1-10 --out rates",
+        "swarmevo sweep my.yaml --grid optimiser=pde,cma --set evolution.trials=1 --dry-run",
+    )
+)
+def sweep(
+    context: typer.Context,
+    config: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="CONFIG",
+            help="A YAML file, or the name of a configuration that comes with swarmevo, such as paper; default: quick.",
+        ),
+    ] = None,
+    grid: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--grid",
+            metavar="SECTION.KEY=VALUE,VALUE ...",
+            help="Give this key each of these values, which are YAML; of several keys, in all combinations.",
+            show_default=False,
+        ),
+    ] = None,
+    seeds: Annotated[
+        str, typer.Option(metavar="N-N|N,N", help="Evolve with each setting once for each of these seeds.")
+    ] = "1-5",
+    workers: Workers = "auto",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="SECTION.KEY=VALUE ...",
+            help="Override the configuration of all settings; values are YAML.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Make the sweep in this folder, or go on with it if it is there; default: a new one in runs.",
+            show_default=False,
+        ),
+    ] = None,
+    scheduler: Scheduler = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Evolve with each setting of a grid and each seed.
+
+    Each has a run folder, as many evolve at once as there are workers, and one table tells what came of them. However a
+    sweep ends, the same command with --out, or swarmevo resume DIR, goes on with it. swarmevo show DIR prints the
+    table, swarmevo compare DIR tests whether settings differ.
+    """
+    from swarmevo.sweeps import folder as folders
+    from swarmevo.sweeps import grid as grids
+    from swarmevo.sweeps import planning
+    from swarmevo.sweeps.folder import Sweep
+
+    count = worker_count(workers)
+    if scheduler:
+        without_effect(context, "with --scheduler", "dry_run")
+    numbers, name = grids.parse_seeds(seeds), Path(config or "quick").stem
+    found = planning.settings(config, settings or [], grids.parse(grid or []), numbers)
+    begun = folders.begun(out, found, numbers)
+    if begun is None or dry_run:
+        if scheduler:
+            check_scheduler(scheduler)
+        with interruptible("nothing was written") as stop:
+            found = planning.rehearsed(found, numbers[0], stop)
+        if dry_run:
+            from swarmevo.views.console.sweeps import show_sweep_forecast
+
+            show_sweep_forecast(planning.forecast(found, numbers, count))
+            return
+        begun = Sweep(out or folders.fresh(name), found, numbers)
+        begun.create()
+    go_on(begun, count, scheduler, as_json)
+
+
+def go_on(
+    sweep: Sweep,
+    workers: int,
+    scheduler: str | None = None,
+    as_json: bool = False,
+    accept_changed_plugin: bool = False,
+) -> None:
+    """Bring a sweep to its end and show it; when that fails, say how to go on."""
+    from swarmevo.sweeps import runner
+    from swarmevo.sweeps.folder import PAGE
+    from swarmevo.views.console.sweeps import sweep_progress
+    from swarmevo.views.sweep import page
+
+    place = shlex.quote(str(sweep.folder))
+    how = f"go on with: swarmevo resume {place}" + (f" --scheduler {shlex.quote(scheduler)}" if scheduler else "")
+    say(f"sweep {sweep.folder}: {len(sweep.settings)} settings, {len(sweep.seeds)} seeds")
+    try:
+        with interruptible(how) as stop, sweep_progress() as observe:
+            found = runner.run(sweep, workers, observe, stop, scheduler, accept_changed_plugin)
+    except Exception:
+        say(how)
+        raise
+    show_findings(found, as_json)
+    say(f"written: {page.write(found, sweep.folder / PAGE)}")
+    if failed := sum(len(row.failed) for row in found.rows):
+        exit_with(FAILED, f"{failed} of {len(sweep.cells)} runs failed; {how}")
+    if len(sweep.settings) > 1 and sweep.is_of_one_task:
+        say(f"test whether they differ with: swarmevo compare {place}")
+
+
+def show_findings(found: Findings, as_json: bool) -> None:
+    """Print the table of a sweep, or all of it."""
+    if as_json:
+        print(json.dumps(dataclasses.asdict(found), indent=2, allow_nan=False), file=streams.data())
+        return
+    from swarmevo.views.console.sweeps import show_sweep
+
+    show_sweep(found)
