@@ -19,6 +19,8 @@
     episodes.telemetry.pose, episodes.push_time      # NumPy arrays
     one.test(episodes=300)                           # rates with confidence intervals
 
+    se.figures.paper(run)                            # Figs. 3 to 5 as one plate; .savefig("plate.pdf")
+
     with se.Lockstep("paper", worlds=64, seed=1) as world:
         observations = world.observe()               # (worlds, robots, 13)
         world.advance(0 * observations[..., :2])     # commands (worlds, robots, 2)
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
         SwarmevoError,
     )
     from swarmevo.simulation import Lockstep
+    from swarmevo.views import figures
 
 _HOMES = {
     "swarmevo.api": (
@@ -102,6 +105,7 @@ __all__ = [
     "__version__",
     "best",
     "evolve",
+    "figures",
     "load_config",
     "open",
     "resume",
@@ -110,6 +114,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "figures":
+        return import_module("swarmevo.views.figures")
     if name not in _HOME:
         raise AttributeError(f"module 'swarmevo' has no attribute {name!r}")
     return getattr(import_module(_HOME[name]), name)

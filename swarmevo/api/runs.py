@@ -148,6 +148,10 @@ class Run:
             self.seed: int = store.seed
             self.objectives: tuple[Objective, ...] = store.objectives
 
+    def __fspath__(self) -> str:
+        """Return the folder, so that figures take a run too."""
+        return str(self.folder)
+
     def store(self) -> Store:
         """Open the folder to read all that is in it; use as a context manager."""
         return Store.open(self.folder)

@@ -73,6 +73,101 @@ def test_evolution_shows_every_individual_once(run: Path) -> None:
     assert axes.get_xlabel() == "generation"
 
 
+def test_the_flat_evolution_has_the_same_individuals_and_says_which_colour_is_which_generation(run: Path) -> None:
+    axes, bar = figures.evolution(run, trial=1, flat=True).axes
+    with Store.open(run) as store:
+        means = np.concatenate([store.over_worlds(one.means)[:, 1::-1] for one in store.summaries(1)])
+    shown = np.concatenate([cloud.get_offsets() for cloud in axes.collections])
+    assert sorted(map(tuple, shown.tolist())) == sorted(map(tuple, means.tolist()))
+    assert sorted(np.concatenate([cloud.get_array() for cloud in axes.collections])) == [0] * 4 + [1] * 4
+    assert bar.get_ylabel() == "generation"
+
+
+def test_hypervolume_says_its_unit_and_its_reference(run: Path) -> None:
+    (axes,) = figures.hypervolume(run).axes
+    assert axes.get_ylabel() == "hypervolume\n(box pushing \N{MULTIPLICATION SIGN} hidden neurons)"
+    assert axes.get_title(loc="left") == "reference point: box pushing 0, hidden neurons 15"
+
+
+@pytest.mark.parametrize("width", [figures.COLUMN, figures.PAGE])
+def test_figures_are_as_wide_as_a_column_or_a_page_and_hold_all_that_is_in_them(run: Path, width: float) -> None:
+    """Nothing, legends with it, is beyond the figure's edges."""
+    with Store.open(run) as store:
+        seen = assessment.watch(store)
+    made = [
+        figures.fronts(run, width),
+        figures.hypervolume(run, width),
+        figures.evolution(run, flat=True, width=width),
+        figures.attainment(run, width),
+        figures.paths(seen, width=width),
+        figures.occupancy(seen, width=width),
+        figures.network(run, width=width),
+    ]
+    for picture in made:
+        assert picture.get_figwidth() == width
+        held(picture)
+
+
+def held(picture: figures.Picture) -> None:
+    """Check that nothing of a figure is cut off."""
+    picture.draw_without_rendering()
+    box = picture.get_tightbbox()
+    assert box.x0 >= -0.02
+    assert box.y0 >= -0.02
+    assert box.x1 <= picture.get_figwidth() + 0.02
+    assert box.y1 <= picture.get_figheight() + 0.02
+
+
+def test_a_long_legend_stands_below_within_the_figure(run: Path) -> None:
+    with style.picture(3.5, entries=11) as picture:
+        axes = picture.add_subplot()
+        for trial in range(11):
+            axes.plot([0, 1], [0, trial], label=f"trial {trial}")
+        axes.set_xlabel("generation")
+        style.legend(axes, 11, 3.5)
+        held(picture)
+        assert axes.get_legend().get_window_extent().y1 < axes.xaxis.label.get_window_extent().y0
+
+
+def test_paths_say_in_the_figure_what_is_what(run: Path) -> None:
+    (axes,) = figures.paths(run).axes
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "robot at the start", "robot at the end", "box at the start", "box at the end", "source and its range",
+        "target wall",
+    ]  # fmt: skip
+
+
+def test_a_plate_has_the_papers_figures(run: Path) -> None:
+    import swarmevo as se
+
+    picture = se.figures.paper(se.open(run))
+    assert picture.get_figwidth() == 7
+    letters = [text.get_text() for axes in picture.axes for text in axes.texts if text.get_fontweight() == "bold"]
+    assert letters == ["a", "b", "c"]
+    assert [axes.get_xlabel() for axes in picture.axes[:3]] == ["hidden neurons (less is better)"] * 2 + ["x (m)"]
+    held(picture)
+
+
+def test_runs_are_laid_over_each_other(run: Path) -> None:
+    runs = {"one": run, "two": run}
+    (axes,) = figures.fronts_of_runs(runs).axes
+    with Store.open(run) as store:
+        front = [(p.objectives["hidden_neurons"], p.objectives["box_pushing"]) for p in fronts.front(store)]
+        expected = [[step.hypervolume for step in fronts.history(store, trial)] for trial in (0, 1)]
+    shown = [line.get_xydata() for line in axes.lines if line.get_label() in runs]
+    assert [points.tolist() for points in shown] == [[list(point) for point in front]] * 2
+    (axes,) = figures.hypervolume_of_runs(runs).axes
+    medians = [line.get_ydata() for line in axes.lines if line.get_label() in runs]
+    assert np.allclose(medians, [np.median(expected, axis=0)] * 2)
+
+
+def test_runs_of_other_objectives_are_not_laid_over_each_other(run: Path, tmp_path: Path) -> None:
+    with Store.create(tmp_path / "run", "{}", {}, [Objective("a", "maximise", (0, 1))], 1, 1) as other:
+        for overlaid in (figures.fronts_of_runs, figures.hypervolume_of_runs):
+            with pytest.raises(ValueError, match="expected runs of the same objectives"):
+                overlaid({"run": run, "other": other})
+
+
 def test_attainment_of_all_trials_is_dominated_by_that_of_any(run: Path) -> None:
     (axes,) = figures.attainment(run).axes
     curves = {line.get_label(): line.get_xydata() for line in axes.lines}
@@ -109,7 +204,7 @@ def test_the_network_has_what_is_switched_on(run: Path) -> None:
     names = [text.get_text() for text in axes.texts]
     assert len(names) == 14 + hidden + 2
     assert {"infrared_0", "infrared_7", "touch_0", "rf", "bias", "left", "right"} < set(names)
-    assert axes.get_title().startswith(f"{hidden} hidden neuron")
+    assert axes.get_title(loc="left").startswith(f"{hidden} hidden neuron")
 
 
 def drawn(controller: str, **options: Any) -> tuple[Axes, NativePolicies]:
@@ -121,7 +216,7 @@ def drawn(controller: str, **options: Any) -> tuple[Axes, NativePolicies]:
     genes[switches] = np.arange(len(switches)) > 0
     policies, info = team.policies(genes), team.scene.info
     assert policies is not None
-    (axes,) = networks._picture(network_of(policies, info), (*info.observation_names, "bias"), info).axes
+    (axes,) = networks._picture(network_of(policies, info), (*info.observation_names, "bias"), info, 3.5).axes
     return axes, policies
 
 
@@ -181,8 +276,12 @@ def test_a_controller_that_is_no_network_has_no_figure(
 def test_two_positions_of_a_staircase() -> None:
     objectives = (Objective("score", "maximise", (0, 9)), Objective("neurons", "minimise", (0, 9)))
     axes = figures.Picture().add_subplot()
-    objective_figures.staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]), 6.0)
-    assert axes.lines[0].get_xydata().tolist() == [[1, 2], [4, 3], [6, 3]]
+    axes.set(xlim=(0.5, 6), ylim=(1, 3.5))
+    objective_figures.staircase(axes, objectives, np.array([[4.0, 3.0], [1.0, 2.0]]))
+    assert axes.lines[0].get_xydata().tolist() == [[1, 1], [1, 2], [4, 3], [6, 3]]  # from end to end of the axes
+    others = (Objective("cost", "minimise", (0, 9)), Objective("reach", "maximise", (0, 9)))
+    objective_figures.staircase(axes, others, np.array([[4.0, 3.0], [1.0, 2.0]]))
+    assert axes.lines[1].get_xydata().tolist() == [[4, 3.5], [4, 3], [1, 2], [0.5, 2]]
 
 
 def test_a_run_without_a_generation_has_no_figures(tmp_path: Path) -> None:
@@ -203,14 +302,17 @@ def test_trials_can_be_told_apart() -> None:
 
 
 def test_the_page_has_as_many_shapes_as_the_figures() -> None:
-    page = (Path(figures.__file__).parents[1] / "report" / "assets" / "report.js").read_text()
+    page = (Path(figures.__file__).parents[1] / "report" / "assets" / "charts.js").read_text()
     shapes = page.partition("const SHAPES = [")[2].partition("];")[0]
     assert shapes.count('"M') == len(figures.MARKERS)
 
 
 def test_a_run_shows_all_that_it_can(run: Path) -> None:
     names = [name for name, _ in figures.every(run)]
-    assert names == ["fronts", "hypervolume", "evolution", "attainment", "paths", "occupancy", "network"]
+    assert names == [
+        *("fronts", "hypervolume", "evolution", "evolution_flat", "attainment", "paths", "occupancy", "network"),
+        "paper",
+    ]
 
 
 def test_figures_are_written_the_same_each_time(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
 _ACROSS: Final = 200
 """Places of a course over the episodes."""
 _JITTER: Final = 0.12
+_WIDTH: Final = 6.4
+"""Of a figure [inches]."""
 
 
 def courses(found: Comparison) -> Picture:
     """Return the stored hypervolume against the episodes spent: median and quartiles over the trials."""
-    with style.picture(6.4, 3.8) as picture:
+    with style.picture(_WIDTH, 3.8) as picture:
         axes = picture.add_subplot()
         for number, group in enumerate(found.groups):
             ends = [trial.course[-1][0] for trial in group.trials]
@@ -40,13 +42,13 @@ def courses(found: Comparison) -> Picture:
         axes.set(xlabel="episodes of a trial", ylabel="hypervolume (share of the ranges)")
         axes.set_ylim(bottom=0)
         axes.set_xlim(left=0)
-        style.legend(axes, len(found.groups))
+        style.legend(axes, len(found.groups), _WIDTH)
         return picture
 
 
 def optimism(found: Comparison) -> Picture:
     """Return each trial's hypervolume by the episodes of evolution, and on fresh seeds."""
-    with style.picture(6.4, 3.8) as picture:
+    with style.picture(_WIDTH, 3.8) as picture:
         axes = picture.add_subplot()
         for number, group in enumerate(found.groups):
             across = number + _spread(len(group.trials))
@@ -62,7 +64,7 @@ def optimism(found: Comparison) -> Picture:
 
 def values(found: Comparison, measure: Measure) -> Picture:
     """Return a measure of each trial, with the groups' medians."""
-    with style.picture(6.4, 3.4) as picture:
+    with style.picture(_WIDTH, 3.4) as picture:
         axes = picture.add_subplot()
         for number, (_, numbers) in enumerate(measure.values.items()):
             axes.plot(number + _spread(len(numbers)), numbers, "o", color=style.colour(number), markersize=5)
@@ -75,7 +77,7 @@ def values(found: Comparison, measure: Measure) -> Picture:
 
 def profiles(found: Comparison) -> Picture:
     """Return for each hypervolume the share of trials that have reached it, on fresh seeds."""
-    with style.picture(6.4, 3.4) as picture:
+    with style.picture(_WIDTH, 3.4) as picture:
         axes = picture.add_subplot()
         for number, group in enumerate(found.groups):
             reached = np.sort([trial.tested for trial in group.trials])
@@ -84,22 +86,23 @@ def profiles(found: Comparison) -> Picture:
         axes.set(xlabel="hypervolume on fresh seeds (share of the ranges)", ylabel="share of trials that reached it")
         axes.set_ylim(-0.02, 1.02)
         axes.set_xlim(left=0)
-        style.legend(axes, len(found.groups))
+        style.legend(axes, len(found.groups), _WIDTH)
         return picture
 
 
 def attainment(found: Comparison) -> Picture:
     """Return which trade-offs half of each group's trials attained on fresh seeds; of two objectives."""
-    with style.picture(6.4, 4.2) as picture:
+    with style.picture(_WIDTH, 4.2) as picture:
         axes = picture.add_subplot()
         sets = [_sets(group) for group in found.groups]
-        end = _worst(found.objectives, np.concatenate([points for points, _ in sets]))
+        every = np.concatenate([points for points, _ in sets])
+        _name_plane(axes, found.objectives)
+        _around(axes, every)
         for number, (group, (points, numbers)) in enumerate(zip(found.groups, sets, strict=True)):
             signs = _signs(found.objectives)
             surface = moocore.eaf(points * signs, numbers, percentiles=[50.0])[:, :2] * signs
-            staircase(axes, found.objectives, surface, end, **_line(number), marker="o", markersize=3, label=group.name)
-        _name_plane(axes, found.objectives)
-        style.legend(axes, len(found.groups))
+            staircase(axes, found.objectives, surface, **_line(number), marker="o", markersize=3, label=group.name)
+        style.legend(axes, len(found.groups), _WIDTH)
         return picture
 
 
@@ -111,26 +114,24 @@ def attainment_differences(found: Comparison) -> Picture:
     """
     if len(found.groups) != 2:
         raise ValueError(f"attainment_differences: expected two groups, got {len(found.groups)}")
-    with style.picture(6.4, 4.2) as picture:
+    with style.picture(_WIDTH, 4.2) as picture:
         axes = picture.add_subplot()
         signs, sets = _signs(found.objectives), [_sets(group) for group in found.groups]
         a, b = (np.column_stack([points * signs, numbers + 1]) for points, numbers in sets)
         every = np.concatenate([points for points, _ in sets])
-        low, high = every.min(axis=0), every.max(axis=0)
-        room = 0.06 * np.where(high > low, high - low, 1.0)
+        low, high = _around(axes, every)
         most = max(len(group.trials) for group in found.groups)
         for left, lower, right, upper, difference in moocore.eafdiff(a, b, rectangles=True):
             corners = np.array([[left, lower], [right, upper]]) * signs
-            (x_0, y_0), (x_1, y_1) = np.clip(corners, low - room, high + room)
+            (x_0, y_0), (x_1, y_1) = np.clip(corners, low, high)
             colour = style.colour(0 if difference > 0 else 1)
             axes.fill_between(
                 sorted([x_0, x_1]), y_0, y_1, color=colour, alpha=min(1.0, abs(difference) / most), linewidth=0
             )
         for number, group in enumerate(found.groups):
             axes.plot([], [], "s", color=style.colour(number), label=f"more trials of {group.name}")
-        axes.set(xlim=sorted([low[0] - room[0], high[0] + room[0]]), ylim=sorted([low[1] - room[1], high[1] + room[1]]))
         _name_plane(axes, found.objectives)
-        style.legend(axes, 2)
+        style.legend(axes, 2, _WIDTH)
         return picture
 
 
@@ -148,6 +149,14 @@ def _name_groups(axes: Axes, groups: Sequence[Group]) -> None:
     axes.set_xlim(-0.6, len(groups) - 0.4)
 
 
+def _around(axes: Axes, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Let the axes end a little beyond the points ``(n, 2)``; return the lower and the upper ends."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = 0.06 * np.where(high > low, high - low, 1.0)
+    axes.set(xlim=(low[0] - room[0], high[0] + room[0]), ylim=(low[1] - room[1], high[1] + room[1]))
+    return low - room, high + room
+
+
 def _name_plane(axes: Axes, objectives: Sequence[Objective]) -> None:
     axes.set_ylabel(text.label(objectives[0]))
     axes.set_xlabel(text.label(objectives[1]))
@@ -162,7 +171,3 @@ def _sets(group: Group) -> tuple[FloatArray, FloatArray]:
 
 def _signs(objectives: Sequence[Objective]) -> FloatArray:
     return np.array([-1.0 if objective.is_maximised else 1.0 for objective in reversed(objectives)])
-
-
-def _worst(objectives: Sequence[Objective], plane: FloatArray) -> float:
-    return float(plane[:, 0].min() if objectives[1].is_maximised else plane[:, 0].max())

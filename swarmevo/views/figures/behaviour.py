@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
@@ -11,6 +12,7 @@ import numpy as np
 from matplotlib import patches
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap, PowerNorm
+from matplotlib.lines import Line2D
 
 from swarmevo.analysis import assessment
 from swarmevo.analysis.recording import Recording
@@ -37,43 +39,56 @@ SHADES: Final = 24
 """In which a path becomes stronger with time."""
 AFTERWARDS: Final = 2.0
 """A path ends so long after all movables have come to a goal [s]."""
+_LETTERS: Final = 17
+"""Of a sentence in small letters, on an inch."""
+_MARGIN: Final = 0.6
+"""Beside the axes [inches]."""
 
 
-def paths(run: Run | Recording, genome: int | None = None, test: int | None = None) -> Picture:
+def paths(
+    run: Run | Recording, genome: int | None = None, test: int | None = None, width: float = style.COLUMN
+) -> Picture:
     """Return the paths of a team's robots in one test, and what they pushed (the paper's Fig. 5).
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
         genome: Its id; None: the most successful of the global front.
         test: Number of the test; None: the most successful one.
+        width: Of the figure [inches].
     """
     seen = _recording(run, genome)
-    episode = seen.best if test is None else test
-    pose, movables = seen.telemetry.pose[episode], seen.telemetry.movables[episode]
-    pose, movables = pose[: _shown_steps(seen, episode)], movables[: _shown_steps(seen, episode)]
-    scene = surroundings(seen.config)
-    with style.picture(4.4, 4.5) as picture:
-        axes = picture.add_subplot()
-        _arena(axes, seen.config)
-        _emitters(axes, scene, movables[-1])
-        for movable, start, end in zip(scene.movables or (), movables[0], movables[-1], strict=True):
-            _solid(axes, movable.shape, movable.size, start, fill=False, linestyle="--")
-            _solid(axes, movable.shape, movable.size, end, facecolor=style.ORANGE, alpha=0.45)
-        shown = np.linspace(0, len(pose) - 1, min(PATH_POINTS, len(pose))).astype(int)
-        for robot in range(pose.shape[1]):
-            _path(axes, pose[shown, robot, :2], style.colour(robot))
-            _robot(axes, seen.config, pose[0, robot], style.colour(robot), fill=False)
-            _robot(axes, seen.config, pose[-1, robot], style.colour(robot), fill=True)
-        axes.set_title(_outcome(seen, episode), fontweight="normal", fontsize=9)
+    with style.picture(width, 0.95 * width + 0.85) as picture:
+        draw_paths(picture.add_subplot(), seen, seen.best if test is None else test, width)
         return picture
 
 
-def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
+def draw_paths(axes: Axes, seen: Recording, test: int, width: float) -> None:
+    """Draw what :func:`paths` shows into axes of a width [inches]."""
+    pose, movables = seen.telemetry.pose[test], seen.telemetry.movables[test]
+    pose, movables = pose[: _shown_steps(seen, test)], movables[: _shown_steps(seen, test)]
+    scene = surroundings(seen.config)
+    _arena(axes, seen.config)
+    _emitters(axes, scene, movables[-1])
+    for movable, start, end in zip(scene.movables or (), movables[0], movables[-1], strict=True):
+        _solid(axes, movable.shape, movable.size, start, fill=False, linestyle="--")
+        _solid(axes, movable.shape, movable.size, end, facecolor=style.ORANGE, alpha=0.45)
+    shown = np.linspace(0, len(pose) - 1, min(PATH_POINTS, len(pose))).astype(int)
+    for robot in range(pose.shape[1]):
+        _path(axes, pose[shown, robot, :2], style.colour(robot))
+        _robot(axes, seen.config, pose[0, robot], style.colour(robot), fill=False)
+        _robot(axes, seen.config, pose[-1, robot], style.colour(robot), fill=True)
+    style.note(axes, textwrap.fill(_outcome(seen, test), int(_LETTERS * (width - _MARGIN))))
+    marks = _marks(scene)
+    style.legend(axes, len(marks), width, below=True, handles=marks, ncols=2)
+
+
+def occupancy(run: Run | Recording, genome: int | None = None, width: float = style.COLUMN) -> Picture:
     """Return where a team's robots spend their time, over all tests; movables as they stand at each end.
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
         genome: Its id; None: the most successful of the global front.
+        width: Of the figure [inches].
     """
     seen = _recording(run, genome)
     places = seen.telemetry.pose[..., :2].reshape(-1, 2)
@@ -82,7 +97,7 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
     cells = (_edges(west, east), _edges(south, north))
     share, _, _ = np.histogram2d(places[:, 0], places[:, 1], bins=cells)
     share *= 100 / len(places)
-    with style.picture(5.2, 4.5) as picture:
+    with style.picture(width, 0.87 * width) as picture:
         axes = picture.add_subplot()
         _arena(axes, seen.config)
         top = max(float(np.quantile(share[share > 0], 0.99)), 1e-9)  # one hot cell must not hide the others
@@ -102,15 +117,40 @@ def occupancy(run: Run | Recording, genome: int | None = None) -> Picture:
         if len(seen):
             _emitters(axes, scene, seen.telemetry.movables[0, 0])
         bar = picture.colorbar(
-            image, ax=axes, shrink=0.75, label=f"share of the robots' time in {CELL * 100:g} cm cells (%)"
+            image, ax=axes, shrink=0.75, label=f"share of the robots' time\nin {CELL * 100:g} cm cells (%)"
         )
         bar.outline.set_visible(False)
-        axes.set_title(
-            f"{text.count(len(seen.episodes), 'test')}, {text.horizon(seen.config.episode.horizon)} each",
-            fontweight="normal",
-            fontsize=9,
-        )
+        said = f"{text.count(len(seen.episodes), 'test')}, {text.horizon(seen.config.episode.horizon)} each"
+        style.note(axes, said + ("\noutlines: movables at each end" if scene.movables else ""))
         return picture
+
+
+def _marks(scene: Surroundings) -> list[Line2D]:
+    """Return a legend of what is drawn in a scene."""
+    grey: dict[str, Any] = {"color": style.INK, "linestyle": "none", "markersize": 6}
+    marks = [
+        Line2D([], [], marker="o", markerfacecolor="none", label="robot at the start", **grey),
+        Line2D([], [], marker="o", label="robot at the end", **grey),
+    ]
+    if movables := scene.movables or ():
+        what = "box" if layout.has_one_box(scene) else "movable"
+        square = {**grey, "marker": "s" if movables[0].shape == "box" else "o"}
+        marks.append(Line2D([], [], linestyle="--", color=style.INK, label=f"{what} at the start"))
+        marks.append(Line2D([], [], **{**square, "color": style.ORANGE}, alpha=0.6, label=f"{what} at the end"))
+    if emitters := scene.emitters or ():
+        homing = layout.homing_emitters(scene)
+        name = text.source(homing) if len(homing) == len(emitters) else "emitter" if homing else "light"
+        marks.append(
+            Line2D([], [], color=style.PURPLE, marker="*", linestyle=":", markersize=8, label=f"{name} and its range")
+        )
+    goals = scene.goals or ()
+    if any(goal.wall for goal in goals):
+        marks.append(Line2D([], [], color=style.GREEN, linewidth=4, label="target wall"))
+    if any(goal.region for goal in goals):
+        marks.append(Line2D([], [], **{**grey, "color": style.GREEN}, marker="s", alpha=0.4, label="goal"))
+    if scene.obstacles:
+        marks.append(Line2D([], [], **grey, marker="s", alpha=0.6, label="obstacle"))
+    return marks
 
 
 def _shown_steps(seen: Recording, episode: int) -> int:

@@ -16,7 +16,7 @@ CELLS: Final = 20
 """Along each axis, where nobody says otherwise."""
 
 
-def behaviour_map(run: Run, cells: int = CELLS) -> Picture:
+def behaviour_map(run: Run, cells: int = CELLS, width: float = style.COLUMN) -> Picture:
     """Return the best first objective in each cell of the first two descriptors (Mouret & Clune 2015).
 
     An individual counts with its means over all its episodes in a trial. All trials share the map.
@@ -24,11 +24,12 @@ def behaviour_map(run: Run, cells: int = CELLS) -> Picture:
     Args:
         run: With at least two descriptors.
         cells: Along each axis, over the descriptor's range.
+        width: Of the figure [inches].
 
     Raises:
         ValueError: The run has fewer descriptors.
     """
-    with opened(run) as store, style.picture(5.2, 4.2) as picture:
+    with opened(run) as store, style.picture(width, 0.81 * width) as picture:
         if len(store.descriptors) < 2:
             raise ValueError(f"behaviour_map: expected a run with two descriptors, got {len(store.descriptors)}")
         found, objective, across = store.individuals(), store.objectives[0], store.descriptors[:2]
@@ -47,5 +48,5 @@ def behaviour_map(run: Run, cells: int = CELLS) -> Picture:
         bar = picture.colorbar(mesh, ax=axes, shrink=0.85, label=text.label(objective))
         bar.outline.set_visible(False)
         filled = int(np.isfinite(best).sum())
-        axes.set_title(f"{filled} of {text.count(cells * cells, 'cell')} filled", fontweight="normal", fontsize=9)
+        style.note(axes, f"{filled} of {text.count(cells * cells, 'cell')} filled")
         return picture

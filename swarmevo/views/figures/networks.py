@@ -24,18 +24,19 @@ if TYPE_CHECKING:
 
 DEVICES: Final = {"infrared": style.BLUE, "touch": style.ORANGE, "rf": style.PURPLE, "light": style.YELLOW}
 """Colours of some devices' readings; of the others they are sky-blue."""
-_UNIT: Final = 1.68  # from a column to the next, inches
-_LETTER: Final = 0.04  # columns that a letter of a name takes
+_GAP: Final = 0.17  # between a node and the edge of the figure, inches
+_LETTER: Final = 0.062  # that a letter of a name takes, inches
 _LINE: Final = 0.16  # inches that a node takes in its column
 
 
-def network(run: Run, genome: int | None = None) -> Picture:
+def network(run: Run, genome: int | None = None, width: float = style.COLUMN) -> Picture:
     """Return an individual's network: what is switched on, weights as lines. Of a team of networks, the first robot's.
 
     Args:
         run: Whose controller is a network that the library runs: :class:`~swarmevo.protocols.FeedForward`,
             :class:`~swarmevo.protocols.Linear` or :class:`~swarmevo.protocols.Recurrent`.
         genome: Its id; None: the most successful of the global front.
+        width: Of the figure [inches].
 
     Raises:
         ValueError: The controller is something else.
@@ -46,7 +47,9 @@ def network(run: Run, genome: int | None = None) -> Picture:
         policies, info = team.policies(store.genome(chosen)), team.scene.info
     if policies is None or isinstance(policies, Compiled):
         raise ValueError("network: expected a controller that makes networks for the library; this run's does not")
-    return _picture(network_of(policies, info), (*info.observation_names, *(["bias"] if policies.bias else [])), info)
+    return _picture(
+        network_of(policies, info), (*info.observation_names, *(["bias"] if policies.bias else [])), info, width
+    )
 
 
 def has_network(settings: Config, genome: FloatArray) -> bool:
@@ -58,11 +61,12 @@ def has_network(settings: Config, genome: FloatArray) -> bool:
 # ---- drawn -----------------------------------------------------------------------------------------------------------
 
 
-def _picture(drawn: Network, inputs: Sequence[str], info: SceneInfo) -> Picture:
+def _picture(drawn: Network, inputs: Sequence[str], info: SceneInfo, width: float) -> Picture:
     outputs, hidden = info.command_names, drawn.hidden
-    margins = [0.1 + max(4, *map(len, names)) * _LETTER for names in (inputs, outputs)]
-    size = _UNIT * (2 + sum(margins)), max(4.2, _LINE * max(len(inputs), len(outputs)))
-    with style.picture(*size) as picture:
+    names = [_GAP + max(4, *map(len, names)) * _LETTER for names in (inputs, outputs)]  # inches
+    unit = max(0.5, (width - sum(names)) / 2)  # from a column to the next, inches
+    margins = [room / unit for room in names]
+    with style.picture(width, max(0.8 * width, _LINE * max(len(inputs), len(outputs)))) as picture:
         axes = picture.add_subplot()
         left, middle, right = (
             [(x, y) for y in _column(len(names))] for x, names in enumerate((inputs, hidden, outputs))
@@ -79,9 +83,7 @@ def _picture(drawn: Network, inputs: Sequence[str], info: SceneInfo) -> Picture:
             _node(axes, place, style.INK, name, "left")
         _legend(axes, has_memory=bool(drawn.remembered.any()))
         on = f"{text.count(len(hidden), 'hidden neuron')} switched on" if hidden else "no hidden neurons"
-        axes.set_title(
-            f"{on}; the widest line is a weight of {drawn.largest:.2g}", fontweight="normal", fontsize=9, loc="center"
-        )
+        style.note(axes, f"{on}; the widest line is a weight of {drawn.largest:.2g}")
         axes.set(xlim=(-margins[0], 2 + margins[1]), ylim=(-0.1, 1.05))
         axes.axis("off")
         return picture

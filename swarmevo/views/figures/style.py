@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,11 +26,25 @@ INK: Final = "#1b1b1f"
 MARKERS: Final = "osD^vPX*"
 """Of trials; one more than colours, so that the pairs of both begin anew after 56 trials only."""
 STYLES: Final = ("-", "--", "-.", ":")
+COLUMN: Final = 3.5
+"""Width of a figure in a column of a paper [inches]; letters are of 8 points in any width."""
+PAGE: Final = 7.0
+"""Of one across both columns."""
+SCREEN: Final = 5.2
+"""Of one in a page."""
+_INSIDE: Final = 5
+"""Entries of a legend that has room inside the axes."""
+_ENTRY: Final = 0.82
+"""Width of an entry of a legend below the axes [inches]."""
+_ROW: Final = 0.17
+"""Height of a row of those [inches]."""
+_BELOW: Final = 0.42
+"""From the axes to a legend below: the ticks and the name of the axis are between [inches]."""
 
 SETTINGS: Final[Any] = {  # matplotlib types the names of its settings one by one
     "font.family": "sans-serif",
-    "font.size": 9,
-    "axes.titlesize": 10,
+    "font.size": 8,
+    "axes.titlesize": 9,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
     "axes.spines.top": False,
@@ -43,7 +59,7 @@ SETTINGS: Final[Any] = {  # matplotlib types the names of its settings one by on
     "grid.alpha": 0.12,
     "grid.linewidth": 0.6,
     "legend.frameon": False,
-    "legend.fontsize": 8,
+    "legend.fontsize": 7.5,
     "text.color": INK,
     "text.parse_math": False,  # names of objectives and of runs may have any letter
     "text.usetex": False,
@@ -66,10 +82,17 @@ class Picture(Figure):
 
 
 @contextmanager
-def picture(width: float = 5.2, height: float = 3.6) -> Iterator[Picture]:
-    """Give a figure to draw on, of ``width`` times ``height`` inches, in our style."""
+def picture(width: float = SCREEN, height: float | None = None, entries: int = 0) -> Iterator[Picture]:
+    """Give a figure to draw on in our style.
+
+    Args:
+        width: [inches]
+        height: [inches]; None: as suits the width.
+        entries: Of its legend; what stands below the axes makes it higher.
+    """
+    below = _ROW * math.ceil(entries / _columns(width)) if entries > _INSIDE else 0.0
     with matplotlib.rc_context(SETTINGS):
-        yield Picture(figsize=(width, height), layout="constrained")
+        yield Picture(figsize=(width, (0.7 * width if height is None else height) + below), layout="constrained")
 
 
 def colour(number: int) -> str:
@@ -77,9 +100,21 @@ def colour(number: int) -> str:
     return CYCLE[number % len(CYCLE)]
 
 
-def legend(axes: Axes, entries: int) -> None:
-    """Put the legend inside, or, when it is long, beside the axes."""
-    if entries <= 5:
-        axes.legend(loc="best")
-    else:
-        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), borderaxespad=0)
+def legend(axes: Axes, entries: int, width: float, below: bool = False, **more: Any) -> None:
+    """Put the legend inside, or, when it is long or is to be, below axes of a width [inches]."""
+    if entries <= _INSIDE and not below:
+        axes.legend(loc="best", **more)
+        return
+    look: dict[str, Any] = {"columnspacing": 1.0, "handletextpad": 0.5, "borderaxespad": 0, "handlelength": 1.6}
+    look = {"ncols": _columns(width), **look, **more}
+    place = axes.transAxes + ScaledTranslation(0, -_BELOW, axes.figure.dpi_scale_trans)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=place, **look)
+
+
+def note(axes: Axes, said: str) -> None:
+    """Say something above the axes, in small letters."""
+    axes.set_title(said, fontweight="normal", fontsize=7.5)
+
+
+def _columns(width: float) -> int:
+    return max(2, int(width / _ENTRY))

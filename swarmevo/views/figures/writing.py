@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from swarmevo.analysis import assessment
 from swarmevo.runs import files
-from swarmevo.views.figures import behaviour, maps, networks, objectives, style
+from swarmevo.views.figures import behaviour, course, maps, networks, objectives, plate, style
 from swarmevo.views.figures.source import Run, opened
 from swarmevo.views.figures.style import Picture
 
@@ -23,22 +23,25 @@ _GLOBAL_STYLE: Final = re.compile(r"<style[^>]*>\*[^<]*<[^>]*>")
 """Of matplotlib's SVG: inside a page it would be the style of all that is there."""
 
 
-def every(run: Run) -> Iterator[tuple[str, Picture]]:
-    """Yield name and figure of all that a run can show."""
+def every(run: Run, width: float = style.COLUMN) -> Iterator[tuple[str, Picture]]:
+    """Yield name and figure of all that a run can show, of a width [inches]; a plate is across a page."""
     with opened(run) as store:
-        yield "fronts", objectives.fronts(store)
-        yield "hypervolume", objectives.hypervolume(store)
+        yield "fronts", objectives.fronts(store, width)
+        yield "hypervolume", course.hypervolume(store, width)
         if len(store.objectives) > 1:
-            yield "evolution", objectives.evolution(store)
+            yield "evolution", course.evolution(store, width=width)
+            yield "evolution_flat", course.evolution(store, flat=True, width=width)
         if len(store.objectives) == 2 and len(store.trials()) > 1:
-            yield "attainment", objectives.attainment(store)
+            yield "attainment", objectives.attainment(store, width)
         if len(store.descriptors) > 1:
-            yield "behaviour_map", maps.behaviour_map(store)
+            yield "behaviour_map", maps.behaviour_map(store, width=width)
         seen = assessment.watch(store)
-        yield "paths", behaviour.paths(seen)
-        yield "occupancy", behaviour.occupancy(seen)
+        yield "paths", behaviour.paths(seen, width=width)
+        yield "occupancy", behaviour.occupancy(seen, width=width)
         if networks.has_network(seen.config, seen.genes):
-            yield "network", networks.network(store)
+            yield "network", networks.network(store, width=width)
+        if len(store.objectives) > 1:
+            yield "paper", plate.plate(store, seen)
 
 
 def write(run: Run, folder: str | os.PathLike[str], formats: Sequence[str] = ("pdf", "png")) -> list[Path]:

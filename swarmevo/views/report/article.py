@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
@@ -123,6 +124,18 @@ def _success(run: Run, point: FrontPoint) -> tuple[str, float]:
 # ---- figures ---------------------------------------------------------------------------------------------------------
 
 
+def overlays(runs: Mapping[str, Path]) -> list[Figure]:
+    """Return the fronts and the hypervolume of several runs in one figure each; none: their objectives differ."""
+    try:
+        fronts, volumes = figures.fronts_of_runs(runs, width=6.2), figures.hypervolume_of_runs(runs, width=6.2)
+    except ValueError:
+        return []
+    return [
+        _figure(fronts, "The global fronts of the runs."),
+        _figure(volumes, "Hypervolume over the generations: each run's median, and, thin, its trials."),
+    ]
+
+
 def _figure(picture: figures.Picture, caption: str) -> Figure:
     return Figure(html.drawing(figures.svg(picture)), caption)
 
@@ -131,35 +144,24 @@ def _networks(store: Store, run: Run) -> Iterator[tuple[FrontPoint, Markup]]:
     for point in run.points:
         with suppress(EvaluationError):  # the controller fails now: the point has no replay, and says why
             if figures.has_network(store.config, store.genome(point.genome)):
-                yield point, html.drawing(figures.svg(figures.network(store, point.genome)))
+                yield point, html.drawing(figures.svg(figures.network(store, point.genome, figures.SCREEN)))
 
 
 def _evolution(store: Store) -> Iterator[Figure]:
-    yield _figure(figures.hypervolume(store), "Hypervolume over the generations, judged by what was known then.")
+    yield _figure(
+        figures.hypervolume(store, figures.SCREEN), "Hypervolume over the generations, judged by what was known then."
+    )
     if len(store.objectives) > 1:
         caption = "All individuals of one trial over the generations (the paper's Fig. 3)."
-        yield _figure(figures.evolution(store), caption)
+        yield _figure(figures.evolution(store, width=figures.SCREEN), caption)
+        caption = "The same in the plane of the objectives."
+        yield _figure(figures.evolution(store, flat=True, width=figures.SCREEN), caption)
     if len(store.objectives) == 2 and len(store.trials()) > 1:
         caption = "Attainment: the trade-offs that any, half and all of the trials reached."
-        yield _figure(figures.attainment(store), caption)
+        yield _figure(figures.attainment(store, figures.SCREEN), caption)
     if len(store.descriptors) > 1:
         caption = "The best individual of each kind of behaviour, of all trials; white: nobody behaved so."
-        yield _figure(figures.behaviour_map(store), caption)
-
-
-def _drawn(run: Run) -> list[str]:
-    """Return what the marks of a scene in a figure of paths are."""
-    scene, goals = run.scene, run.scene.goals or ()
-    homing = layout.homing_emitters(scene)
-    source = text.source(homing) if homing else "light"
-    marks = [f"star and dotted circle: the {source} and its range"] if scene.emitters else []
-    if any(goal.wall for goal in goals):
-        marks.append("green: the target wall")
-    if any(goal.region for goal in goals):
-        marks.append("light green: where to bring what they push")
-    if scene.obstacles:
-        marks.append("grey: obstacles")
-    return marks
+        yield _figure(figures.behaviour_map(store, width=figures.SCREEN), caption)
 
 
 def _behaviour(store: Store, run: Run) -> tuple[list[Figure], str]:
@@ -170,13 +172,11 @@ def _behaviour(store: Store, run: Run) -> tuple[list[Figure], str]:
     except EvaluationError as error:
         return [], f"individual {best}: {error}"
     paths = _figure(
-        figures.paths(seen),
-        f"Paths of individual {best} in a fresh test (the paper's Fig. 5). "
-        f"{'; '.join(['Circles: the start', 'discs: the end', *_drawn(run)])}.",
+        figures.paths(seen, width=figures.SCREEN), f"Paths of individual {best} in a fresh test (the paper's Fig. 5)."
     )
     pushed = "the box" if layout.has_one_box(run.scene) else "what they push"
     outlines = f" Outlines: {pushed} at the end of each test." if run.scene.movables else ""
-    occupancy = _figure(figures.occupancy(seen), f"Where its robots spend their time.{outlines}")
+    occupancy = _figure(figures.occupancy(seen, width=figures.SCREEN), f"Where its robots spend their time.{outlines}")
     return [paths, occupancy], ""
 
 

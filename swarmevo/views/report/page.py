@@ -18,7 +18,7 @@ from swarmevo.runs import files
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html
 from swarmevo.views.replay import page as replay_page
-from swarmevo.views.report.article import article
+from swarmevo.views.report.article import article, overlays
 from swarmevo.views.report.run import Run, data
 
 FILE: Final = "report.html"
@@ -71,8 +71,10 @@ def page(folders: Sequence[Path], observe: Callable[[str], None] = lambda what: 
             observe(f"{run.name}: figures")
             articles.append(article(store, run))
             embedded.append(data(store, run))
+    runs = dict(zip((shown.run.name for shown in articles), folders, strict=True))
     return html.render(
         "report/page.html.jinja",
+        overlays=overlays(runs) if len(runs) > 1 else [],
         title=f"{', '.join(shown.run.name for shown in articles)} · swarmevo",
         player=replay_page.player(),
         style=html.asset(_PACKAGE, "report.css"),
