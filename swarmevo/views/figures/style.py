@@ -100,7 +100,7 @@ def colour(number: int) -> str:
     return CYCLE[number % len(CYCLE)]
 
 
-def legend(axes: Axes, entries: int, width: float, below: bool = False, **more: Any) -> None:
+def legend(axes: Axes, entries: int, width: float = SCREEN, below: bool = False, **more: Any) -> None:
     """Put the legend inside, or, when it is long or is to be, below axes of a width [inches]."""
     if entries <= _INSIDE and not below:
         axes.legend(loc="best", **more)
