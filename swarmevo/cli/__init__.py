@@ -16,7 +16,20 @@ from swarmevo.cli.usage import Verb
 __all__ = ["VERBS", "main", "program"]
 
 # In the order of --help.
-VERBS = ("evolve", "sweep", "show", "verify", "export", "test", "report", "compare", "replay", "plugins", "doctor")
+VERBS = (
+    "evolve",
+    "sweep",
+    "show",
+    "verify",
+    "export",
+    "test",
+    "report",
+    "compare",
+    "replay",
+    "dashboard",
+    "plugins",
+    "doctor",
+)
 
 for _verb in VERBS:
     import_module(f"{__name__}.{_verb}")

@@ -21,6 +21,7 @@ PACKAGES: Final = {
     "shared": "swarmevo.views",
     "compare": "swarmevo.views.compare",
     "sweep": "swarmevo.views.sweep",
+    "dashboard": "swarmevo.views.dashboard",
     "report": "swarmevo.views.report",
     "replay": "swarmevo.views.replay",
 }

@@ -61,12 +61,30 @@ def choose(store: Store, genome: int | None = None, generation: int | None = Non
         StoreError: The run cannot be read.
     """
     genome, trial, last = _individual(store, genome)
-    number = last if generation is None else generation
+    return chosen_of(store, genome, trial, last if generation is None else generation, repeat, last)
+
+
+def chosen_of(store: Store, genome: int, trial: int, number: int, repeat: int = 0, last: int | None = None) -> Chosen:
+    """Return an episode of a generation, of which alone the store is read.
+
+    Args:
+        store: The run.
+        genome: The individual's id.
+        trial: From 0.
+        number: Of the generation.
+        repeat: Which of its episodes there.
+        last: Generation in which the individual was evaluated last, for the message that it was not in this one.
+
+    Raises:
+        ReplayError: There is no such episode.
+        StoreError: The run cannot be read.
+    """
     stored, sessions = store.generation(trial, number), store.sessions(trial, number)
     places = np.flatnonzero(store.genome_ids(trial, number) == genome)
     if len(places) == 0:
         raise ReplayError(
-            f"{store.folder}: individual {genome} was not evaluated in generation {number}, but in {last}"
+            f"{store.folder}: individual {genome} was not evaluated in generation {number}"
+            + ("" if last is None else f", but in {last}")
         )
     its_own = np.flatnonzero(stored.episodes.individual == places[0])
     if not 0 <= repeat < len(its_own):

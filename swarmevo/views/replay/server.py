@@ -10,12 +10,11 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from email.message import Message
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from itertools import count
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 from urllib.parse import urlsplit
 
 from swarmevo.errors import ReplayError
@@ -54,7 +53,7 @@ def server(page: str, port: int, episode: Callable[[int], Events] | None = None)
         timeout = IDLE_SECONDS
 
         def do_GET(self) -> None:
-            if not _is_ours(self.headers):
+            if not is_ours(self.headers):
                 self.send_error(HTTPStatus.FORBIDDEN, "expected the address that swarmevo has printed")
             elif self.path == "/":
                 _send_page(self, page)
@@ -102,7 +101,11 @@ class _Server(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
-def _is_ours(headers: Message) -> bool:
+class _Headers(Protocol):
+    def get(self, name: str, default: str, /) -> str: ...
+
+
+def is_ours(headers: _Headers) -> bool:
     """Whether a request names this machine, and comes from no other page: else a web page could read what is here.
 
     That page's own name may lead to this machine (DNS rebinding); the browser sends the name all the same.
