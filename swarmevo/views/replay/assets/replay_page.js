@@ -9,6 +9,7 @@
   const wanted = /t=([\d.]+)/.exec(location.hash);
   const player = SwarmevoPlayer.mount(place, episodes, {
     autoplay: !wanted && !live,
+    place: live ? undefined : () => "",
     ended: () => live && next(),
   });
   if (wanted) player.seek(Number(wanted[1]));

@@ -4,7 +4,7 @@
 //   const player = SwarmevoPlayer.mount(element, [episode, ...], {autoplay: false, scene: [...], place: () => "..."});
 //   player.load([episode]); player.play(); player.pause(); player.seek(t); player.poses(t);
 //
-// `place` says which episodes these are, for a link; `scene` is what all share. An episode is what swarmevo/views/replay/data.py writes. Several are shown side by side with one time for all. Times
+// `place` says which episodes these are, for a link, which there is only with it; `scene` is what all share. An episode is what swarmevo/views/replay/data.py writes. Several are shown side by side with one time for all. Times
 // are seconds, places metres, headings radians, world frame: x east, y north, z up. The files of this folder share one
 // function's scope, which shared/page.html.jinja puts around them.
 
@@ -149,6 +149,7 @@ class Player {
     speed.addEventListener("change", () => (this.speed = Number(speed.value)));
     const tools = { above: () => this._above(), picture: () => this._save(), link: () => this._link(), full: () => this._full() };
     this.menu = new Menu(bar, this.view, () => this._apply(), tools);
+    this.menu.buttons.link.hidden = !this.options.place; // of a page whose address means something else
     this.root.tabIndex = -1;
     this._button();
   }
@@ -191,9 +192,9 @@ class Player {
 
   /** Put where we are into the page's address, and that onto the clipboard. */
   async _link() {
-    const place = this.options.place ? `${this.options.place()}&` : "";
-    history.replaceState(null, "", `#${place}t=${this.time.toFixed(1)}`);
+    const place = this.options.place();
     try {
+      history.replaceState(null, "", `#${place ? `${place}&` : ""}t=${this.time.toFixed(1)}`);
       await navigator.clipboard.writeText(location.href);
       this.menu.say("copied");
     } catch {
