@@ -115,6 +115,11 @@ def count(value: int, what: str) -> str:
     return f"{grouped(value)} {what}{'s' * (value != 1)}"
 
 
+def generations(first: int, last: int) -> str:
+    """Return from which generation to which."""
+    return f"generation {first}" if first == last else f"generations {first} to {last}"
+
+
 def plain(text: str) -> str:
     """Return text as a console has it: ordinary spaces, none between thousands."""
     return text.replace(_THOUSANDS, "").replace(_GAP, " ")

@@ -205,6 +205,7 @@ def test_wide_tables_scroll_by_keyboard(browser: Browser, file: Path) -> None:
 
 def test_the_page_says_how_to_read_it(page: Page) -> None:
     guide = page.locator(".guide")
-    guide.locator("summary").click()
+    page.get_by_role("link", name="How to read this page").click()
+    page.wait_for_function("document.querySelector('.guide').open")
     assert "Evolution selects whoever had good luck" in guide.inner_text()
     guide.locator("summary").click()

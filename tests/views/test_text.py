@@ -115,3 +115,7 @@ def test_a_push_is_named_as_the_scene_has_it(scene: dict[str, Any], delivered: s
 )
 def test_who_has_homed_in_on_what(emitters: list[dict[str, Any]], expected: str) -> None:
     assert text.homing([Emitter(**one) for one in emitters]) == expected
+
+
+def test_one_generation_is_no_span() -> None:
+    assert [text.generations(3, last) for last in (3, 5)] == ["generation 3", "generations 3 to 5"]

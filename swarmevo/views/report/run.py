@@ -153,7 +153,7 @@ def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
     ]
     facts += [
         ("judged by", text.count(point.episodes, "episode")),
-        ("lived in", f"trial {point.trial}, generations {point.first_generation} to {point.last_generation}"),
+        ("lived in", f"trial {point.trial}, {text.generations(point.first_generation, point.last_generation)}"),
     ]
     tested = run.tested(point)
     if tested is not None:
