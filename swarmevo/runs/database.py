@@ -10,6 +10,7 @@ import os
 import re
 import sqlite3
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -39,6 +40,7 @@ SUCCESSES: Final = "SELECT objective, value FROM success ORDER BY objective"
 
 _PAGE_SIZE: Final = 16384  # [bytes]: six of the paper's genomes; of the usual 4 KiB one would leave a third empty
 _LONGEST_PATH: Final = 504  # [bytes] that SQLite takes
+_GLANCE_SECONDS: Final = 0.01
 _BUSY_SECONDS: Final = 30.0  # longer than any transaction takes
 
 
@@ -210,6 +212,28 @@ def empty_wal(database: sqlite3.Connection, patience: float) -> bool:
     busy, *_ = database.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
     database.execute(f"PRAGMA busy_timeout = {round(1000 * _BUSY_SECONDS)}")
     return not busy
+
+
+def leave_one_file(database: sqlite3.Connection, patience: float) -> None:
+    """Do without a write-ahead log from here on.
+
+    Args:
+        database: Open for writing.
+        patience: How long to wait for readers [s]; SQLite itself does not wait here.
+
+    Raises:
+        sqlite3.Error: Somebody reads it all the while.
+    """
+    database.execute("PRAGMA busy_timeout = 0")
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            database.execute("PRAGMA journal_mode = DELETE")
+            return
+        except sqlite3.OperationalError:
+            if time.monotonic() >= deadline:
+                raise
+            time.sleep(_GLANCE_SECONDS)
 
 
 def _check_schema(folder: Path, database: sqlite3.Connection) -> None:

@@ -102,9 +102,10 @@ class FollowedStore(Store):
         Raises:
             StoreError: It is not there, or not as it was stored.
         """
-        for _, stored, found in integrity.generations(self._database, self._episode_columns, (trial, number)):
-            if stored != found:
-                raise damaged(self.folder, f"generation {number} of trial {trial}")
+        with self._snapshot():
+            checked = list(integrity.generations(self._database, self._episode_columns, (trial, number)))
+        if any(stored != found for _, stored, found in checked):
+            raise damaged(self.folder, f"generation {number} of trial {trial}")
         summary = self._summary(trial, number)
         rows = self._rows(
             "SELECT individual, repeat, fault FROM episode WHERE trial = ? AND generation = ? AND fault IS NOT NULL",

@@ -37,6 +37,7 @@ from swarmevo.runs.database import (
     empty_wal,
     explained,
     insert_session,
+    leave_one_file,
     prepare_to_write,
     seal_run,
 )
@@ -48,6 +49,7 @@ from swarmevo.runs.reader import StoreReader
 from swarmevo.runs.schema import to_rows
 
 _PATIENCE: Final = 2.0  # [s] for readers to finish, after a generation
+_LAST_PATIENCE: Final = 0.3  # [s] likewise, when the run is closed: a look of the dashboard is over by then
 
 
 class Store(StoreReader):
@@ -155,9 +157,8 @@ class Store(StoreReader):
     def close(self) -> None:
         """Close the folder. A writer leaves the database as one file, which can be read from read-only media too."""
         if self._lock and self.is_in_place:
-            with contextlib.suppress(sqlite3.Error):  # somebody is reading: SQLite tidies up later
-                self._database.execute("PRAGMA busy_timeout = 0")
-                self._database.execute("PRAGMA journal_mode = DELETE")
+            with contextlib.suppress(sqlite3.Error):  # somebody goes on reading: SQLite tidies up later
+                leave_one_file(self._database, _LAST_PATIENCE)
         self._database.close()
         if self._lock:
             self._lock.release()

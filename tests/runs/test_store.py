@@ -846,6 +846,25 @@ def test_a_reader_in_the_way_keeps_the_log_only_until_it_is_gone(
         assert log.stat().st_size == 0
 
 
+def test_a_short_look_while_a_run_is_closed_leaves_one_file_all_the_same(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A dashboard looks once a second."""
+    store.append(0, 0, generation(), "{}")
+    reader, waited = Store.open(store.folder), []
+
+    def wait(seconds: float) -> None:
+        waited.append(seconds)
+        if len(waited) == 2:
+            reader.close()
+
+    monkeypatch.setattr("swarmevo.runs.database.time.sleep", wait)
+    assert reader.generations(0) == 1
+    store.close()
+    assert len(waited) == 2
+    assert not Path(f"{store.folder / DATABASE_FILE}-wal").exists()
+
+
 def test_a_run_that_was_killed_is_brought_into_its_database_when_it_goes_on(tmp_path: Path) -> None:
     """Case 5."""
 
