@@ -80,6 +80,7 @@ def test_a_run_is_watched_while_it_is_killed_and_resumed(
             assert not page.is_visible(".sw-warning")  # it is the stored episode to the last bit
             page.wait_for_function(f"{STORED} > {before} + 3")
             keep(page, "dashboard-running")
+            page.evaluate("swarmevoDashboard.run().player.pause()")  # what is drawn without a GPU takes a core
         finally:
             process.send_signal(signal.SIGKILL)
             process.wait()
