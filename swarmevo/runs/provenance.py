@@ -22,7 +22,7 @@ import numpy as np
 
 from swarmevo._version import __version__
 from swarmevo.plugins import PluginEntry
-from swarmevo.simulation.library import cpu
+from swarmevo.simulation.library import cpu, libm
 
 
 def provenance(config_yaml: str, plugins: Sequence[PluginEntry], library: Mapping[str, str]) -> dict[str, Any]:
@@ -46,6 +46,7 @@ def provenance(config_yaml: str, plugins: Sequence[PluginEntry], library: Mappin
         "sqlite": sqlite3.sqlite_version,
         "platform": platform.platform(),
         "libc": " ".join(platform.libc_ver()),
+        "libm": libm(),
         "cpu": cpu(),
         "cores": os.cpu_count(),
     }

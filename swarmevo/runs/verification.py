@@ -31,6 +31,7 @@ EXPLAINING: Final = (
     "plugins",
     "numpy",
     "python",
+    "libm",
     "libc",
     "platform",
 )

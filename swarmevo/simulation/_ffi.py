@@ -36,6 +36,8 @@ _STRUCTS = (  # in the order of swe_abi_layout
     "linear_config",
     "recurrent_config",
 )
+_PACKAGES = {"libode.so.8": "libode8 (Debian, Ubuntu)"}
+"""That have the shared libraries which the native library may need, beside those of every Linux."""
 _CFFI_PART = re.compile(r"/\* \[cffi begins\].*?\*/(.*)/\* \[cffi ends\] \*/", re.DOTALL)
 
 
@@ -130,6 +132,18 @@ def load() -> tuple[FFI, Any]:
         return _load()
 
 
+def _unloadable(error: str, path: Path) -> str:
+    """Return why the native library cannot be loaded and what to do, from what cffi says."""
+    reason = re.split(r"\.\s+Additionally, ", error)[0]  # cffi goes on about a search that has no meaning for a path
+    reason = reason.removeprefix(f"cannot load library '{path}': ")
+    lacking = re.match(r"(?:\S*/)?(lib\w[\w+-]*\.so[.\d]*): ", reason)
+    if lacking is None or lacking[1] == path.name:
+        return f"{reason}; reinstall swarmevo"
+    package = _PACKAGES.get(lacking[1])
+    install = f"install {package}" if package else f"install the package that has {lacking[1]}"
+    return f"{reason}; {install}, or a wheel of swarmevo that has it inside (make wheel)"
+
+
 @cache
 def _load() -> tuple[FFI, Any]:
     ffi = FFI()
@@ -138,7 +152,7 @@ def _load() -> tuple[FFI, Any]:
     try:
         lib: Any = ffi.dlopen(str(path))
     except OSError as error:
-        raise SimulatorError(f"cannot load the native library {path}: {error}; reinstall swarmevo") from None
+        raise SimulatorError(f"cannot load the native library {path}: {_unloadable(str(error), path)}") from None
     _check_abi(ffi, lib, path)
     _check_channels(ffi, lib, path)
     return ffi, lib

@@ -15,6 +15,7 @@ from swarmevo import plugins
 from swarmevo._version import __version__
 from swarmevo.config import Config
 from swarmevo.plugins.calls import one_line
+from swarmevo.simulation.library import libm
 
 REINSTALL = "reinstall swarmevo; in a checkout: make evolve"
 
@@ -38,6 +39,7 @@ def examine() -> list[Finding]:
         Finding("swarmevo", f"{__version__}, {Path(__file__).parents[1]}"),
         Finding("Python", f"{platform.python_version()} on {platform.platform()}"),
         Finding("cores", f"{len(os.sched_getaffinity(0))} usable of {os.cpu_count()}"),
+        Finding("libm", f"{' '.join(platform.libc_ver())}, rounds as {libm()}"),
         _look("library", _library),
         *_sources(Path(__file__).resolve().parents[2]),
         _look("ODE", _ode),
@@ -50,7 +52,8 @@ def _look(subject: str, look: Callable[[], str]) -> Finding:
     try:
         return Finding(subject, look())
     except Exception as error:  # whatever is broken is a finding
-        return Finding(subject, one_line(error), REINSTALL)
+        found, _, advice = one_line(error).partition("; install ")
+        return Finding(subject, found, f"install {advice}" if advice else REINSTALL)
 
 
 def _library() -> str:

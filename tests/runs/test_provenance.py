@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import re
 import sys
 from pathlib import Path
 
@@ -13,6 +15,7 @@ import swarmevo
 from swarmevo import plugins
 from swarmevo.runs import provenance as module
 from swarmevo.runs.provenance import provenance
+from swarmevo.simulation import library
 
 
 def test_provenance_names_what_a_result_may_depend_on() -> None:
@@ -46,3 +49,13 @@ def test_a_checkout_that_git_cannot_describe_has_no_revision(tmp_path: Path, mon
     (tmp_path / ".git").mkdir()
     monkeypatch.setattr(module, "__file__", str(tmp_path / "swarmevo" / "provenance.py"))
     assert provenance("", [], {})["git_revision"] is None
+
+
+def test_a_libm_is_told_from_one_that_rounds_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One bit of one value in a hundred is enough: glibc's versions differ about as often."""
+    usual = library.libm()
+    assert re.fullmatch("[0-9a-f]{8}", usual)
+    assert library.libm() == usual
+    tanh = math.tanh
+    monkeypatch.setattr(math, "tanh", lambda x: math.nextafter(tanh(x), 2) if round(250 * x) % 100 == 0 else tanh(x))
+    assert library.libm() != usual

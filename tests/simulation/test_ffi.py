@@ -55,6 +55,34 @@ def test_a_file_that_is_no_library(tmp_path: Path) -> None:
     assert "cannot load the native library" in load_in_new_process(tmp_path / "noise.so")
 
 
+@pytest.mark.skipif(not shutil.which("gcc"), reason="needs a C compiler")
+@pytest.mark.parametrize(
+    ("lacking", "advice"),
+    [
+        ("libode.so.8", "install libode8 (Debian, Ubuntu), or a wheel of swarmevo that has it inside (make wheel)"),
+        ("libother.so.2", "install the package that has libother.so.2, or a wheel of swarmevo"),
+    ],
+)
+def test_a_library_that_lacks_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacking: str, advice: str
+) -> None:
+    """Where the system may have it, an empty file stands before it."""
+    library, _ = copy_of_library(tmp_path)
+    (tmp_path / "nothing.c").write_text("")
+    make = ["gcc", "-shared", "-o", lacking, f"-Wl,-soname,{lacking}", "nothing.c"]
+    link = ["gcc", "-shared", "-o", library.name, "-Wl,--no-as-needed", "nothing.c", "-L.", f"-l:{lacking}"]
+    for command in (make, link):
+        subprocess.run(command, cwd=tmp_path, check=True)
+    (tmp_path / lacking).unlink()
+    if lacking == "libode.so.8":
+        (tmp_path / lacking).touch()
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(tmp_path))
+    error = load_in_new_process(library)
+    assert f"{lacking}: " in error
+    assert f"; {advice}" in error
+    assert "find_library" not in error
+
+
 def test_a_library_of_somebody_else() -> None:
     error = load_in_new_process(Path("libm.so.6"))
     assert "not a swarmevo library" in error

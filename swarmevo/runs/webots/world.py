@@ -181,7 +181,7 @@ def _stage(config: Config) -> Iterator[Node]:
     west, east, south, north = config.arena.bounds
     extent = max(east - west, north - south)
     x, y, down = (west + east) / 2, south - 0.9 * extent, 1.2 * extent
-    yield node("Viewpoint", position=(x, y, down), orientation=(-0.35, 0.35, 0.87, 1.71))
+    yield node("Viewpoint", position=(x, y, down), orientation=(-0.328, 0.328, 0.886, 1.692))
     yield node("Background", skyColor=[(0.93, 0.94, 0.96)])
     yield node("DirectionalLight", direction=(0.4, 0.6, -1.0), intensity=1.5, ambientIntensity=0.6, castShadows=True)
 
