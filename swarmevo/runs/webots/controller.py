@@ -28,6 +28,10 @@ _PARTS: Final[Mapping[str, Sequence[str]]] = {
     "odometry": ("odometry",),
 }
 """For each device that Webots has, the templates that it is made of, in their order."""
+_ENABLING: Final = {
+    **{part: f"enable_{part}(step)" for part in ("infrared", "touch", "ground", "odometry", "signals", "light")},
+    "range_and_bearing": "enable_range_and_bearing(step, argc > 1 ? atoi(argv[1]) : 0)",
+}
 _HEARING: Final = {"signals": "hear_signals", "light": "hear_light", "range_and_bearing": "hear_messages"}
 
 
@@ -64,22 +68,14 @@ def source(config: Config, infrared: Infrared) -> str:
     if infrared != "evolved" and "infrared" in parts:
         parts.insert(parts.index("infrared"), "infrared_table")
     values = _values(config, infrared)
-    enabled = [part for part in parts if part in devices or part == "signals"]
-    enabled = [part for part in enabled if part not in ("rf", "rf_bearing")]
     body = {
         "devices": "".join(template(f"webots/{part}").substitute(values) for part in parts),
-        "enable": "".join(f"    {_enabling(part)}\n" for part in enabled),
+        "enable": "".join(f"    {_ENABLING[part]};\n" for part in parts if part in _ENABLING),
         "hear": "".join(f"        {_HEARING[part]}();\n" for part in parts if part in _HEARING),
         "send": "        send_message(command);\n" if "range_and_bearing" in devices else "",
         "sense": "".join(f"        next = sense_{device}(next);\n" for device in devices),
     }
     return template("webots/main").substitute(body)
-
-
-def _enabling(part: str) -> str:
-    if part == "range_and_bearing":
-        return "enable_range_and_bearing(step, argc > 1 ? atoi(argv[1]) : 0);"
-    return f"enable_{part}(step);"
 
 
 def _values(config: Config, infrared: Infrared) -> dict[str, str]:
