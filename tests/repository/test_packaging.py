@@ -40,7 +40,7 @@ def test_wheel_and_recipe_have_the_same_ode() -> None:
 
 def test_ci_builds_the_wheel_and_tries_it() -> None:
     ci, makefile = (ROOT / ".ci" / "run").read_text(), (ROOT / "Makefile").read_text()
-    assert "make test-wheel\n" in ci
+    assert re.search(r"^make .*\btest-wheel\b", ci, re.MULTILINE)
     assert re.search(r"^test-wheel: wheel ", makefile, re.MULTILINE)
     check = (ROOT / "packaging/manylinux/check").read_text()
     for line in ('"$own" doctor', '"$own" verify system', 'evolve "$own" quick', '"$bin/swarmevo" verify own'):
