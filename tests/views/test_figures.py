@@ -316,7 +316,7 @@ def test_a_run_shows_all_that_it_can(run: Path) -> None:
 
 
 def test_figures_are_written_the_same_each_time(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(writing, "every", lambda run: iter([("hypervolume", figures.hypervolume(run))]))
+    monkeypatch.setattr(writing, "every", lambda run, width: iter([("hypervolume", figures.hypervolume(run, width))]))
     first, again = figures.write(run, tmp_path / "first"), figures.write(run, tmp_path / "again")
     assert [path.name for path in first] == ["hypervolume.pdf", "hypervolume.png"]
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in again]

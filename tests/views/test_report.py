@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, Page
 
 import seals
@@ -155,7 +156,7 @@ def test_several_runs_need_a_file(run: Path, capsys: pytest.CaptureFixture[str])
 
 def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Case 58: the figures of the first run were overwritten, and both runs were called alike."""
-    monkeypatch.setattr(writing, "every", lambda run: iter([("fronts", figures.fronts(run))]))
+    monkeypatch.setattr(writing, "every", lambda run, width: iter([("fronts", figures.fronts(run, width))]))
     folders = [tmp_path / name for name in ("x/a", "y/a", "y/a-2")]
     for folder in folders:
         shutil.copytree(run, folder)
@@ -165,6 +166,19 @@ def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path, monkeypatch:
     files = report.write_figures(folders[:2], tmp_path / "figures")
     assert {file.parent.name for file in files} == {"a", "a-2"}
     assert len(set(files)) == len(files)
+
+
+def test_figures_have_the_width_that_is_asked_for(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(writing, "every", lambda run, width: iter([("fronts", figures.fronts(run, width))]))
+    monkeypatch.setattr(report, "write", lambda runs, file, observe: file)
+    for options, inches in (([], 3.5), (["--width", "7"], 7.0)):
+        assert command(capsys, "report", run, "--figures", tmp_path, *options)[0] == 0
+        with Image.open(tmp_path / "fronts.png") as picture:
+            assert picture.width == 300 * inches
+    code, _, err = command(capsys, "report", run, "--width", "7")
+    assert (code, err) == (2, "error: --width: has no effect without --figures; leave it out\n")
 
 
 def test_a_file_that_cannot_be_written_is_named(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -182,6 +182,12 @@ def test_axe_finds_nothing_serious(page: Page, scheme: str) -> None:
     assert serious == []
 
 
+def test_axe_would_find_what_is_serious(browser: Browser) -> None:
+    with browsers.watch(browser) as watched:
+        watched.page.set_content("<main><button></button></main>")
+        assert [one["id"] for one in Axe().run(watched.page).response["violations"] if one["impact"] == "critical"]
+
+
 def test_every_figure_has_a_name(page: Page) -> None:
     nameless = page.evaluate(
         "[...document.querySelectorAll('svg, canvas')].filter((node) => !node.closest('[aria-label], [aria-hidden]')).map((node) => node.outerHTML.slice(0, 80))"  # noqa: E501

@@ -44,15 +44,17 @@ def every(run: Run, width: float = style.COLUMN) -> Iterator[tuple[str, Picture]
             yield "paper", plate.plate(store, seen)
 
 
-def write(run: Run, folder: str | os.PathLike[str], formats: Sequence[str] = ("pdf", "png")) -> list[Path]:
-    """Write every figure of a run into a folder, which is made; return the files.
+def write(
+    run: Run, folder: str | os.PathLike[str], formats: Sequence[str] = ("pdf", "png"), width: float = style.COLUMN
+) -> list[Path]:
+    """Write every figure of a run, ``width`` inches wide, into a folder, which is made; return the files.
 
     Raises:
         OutputError: The folder cannot be written.
     """
     folder, made = Path(folder), []
     with files.folder_made(folder):
-        for name, picture in every(run):
+        for name, picture in every(run, width):
             for kind in formats:
                 made.append(folder / f"{name}.{kind}")
                 with files.written(made[-1]) as fresh:

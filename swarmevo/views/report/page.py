@@ -45,10 +45,13 @@ def write(folders: Sequence[Path], file: Path, observe: Callable[[str], None] = 
     return file
 
 
-def write_figures(folders: Sequence[Path], folder: Path) -> list[Path]:
-    """Write the figures of runs as PDF and PNG, of several runs each into a folder of its own; return the files."""
+def write_figures(folders: Sequence[Path], folder: Path, width: float = figures.COLUMN) -> list[Path]:
+    """Write the figures of runs as PDF and PNG, ``width`` inches wide, and return the files.
+
+    Those of several runs are each in a folder of its own.
+    """
     places = [folder / name for name in names(folders)] if len(folders) > 1 else [folder]
-    return [file for run, place in zip(folders, places, strict=True) for file in figures.write(run, place)]
+    return [file for run, place in zip(folders, places, strict=True) for file in figures.write(run, place, width=width)]
 
 
 def names(folders: Sequence[Path]) -> list[str]:
