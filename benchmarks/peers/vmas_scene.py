@@ -110,9 +110,20 @@ def run(a, seed):
     w1 = torch.randn(a.nsim, 13, 15, generator=g)
     w2 = torch.randn(a.nsim, 15, 2, generator=g)
     obs = env.reset()
+    if a.random:  # as benchmarks/learning.py has them: smooth, forwards as a rule
+        wheels = torch.zeros(a.nsim, 5, 2)
+        acts = []
+        for _ in range(n):
+            wheels = 0.95 * wheels + math.sqrt(1 - 0.95**2) * torch.randn(a.nsim, 5, 2, generator=g)
+            u = (0.6 + 0.4 * wheels).clamp(-1, 1) * VMAX
+            act = torch.stack(((u[..., 0] + u[..., 1]) / 2, (u[..., 1] - u[..., 0]) / AXLE), -1)
+            acts.append(list(act.unbind(1)))
     with torch.no_grad():
         c0 = time.process_time()
-        for _ in range(n):
+        for k in range(n):
+            if a.random:
+                env.step(acts[k])
+                continue
             u = torch.tanh(torch.bmm(torch.tanh(torch.bmm(torch.stack(obs, 1), w1)), w2) + 0.5) * VMAX
             act = torch.stack(((u[..., 0] + u[..., 1]) / 2, (u[..., 1] - u[..., 0]) / AXLE), -1)
             obs, _, _, _ = env.step(list(act.unbind(1)))
@@ -133,6 +144,7 @@ def main():
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--repeat", type=int, default=5)
     p.add_argument("--no-rays", action="store_true")
+    p.add_argument("--random", action="store_true", help="actions made beforehand instead of a network (epuck)")
     a = p.parse_args()
     torch.set_num_threads(a.threads)
     rates, info = [], {}

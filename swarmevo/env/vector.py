@@ -49,6 +49,8 @@ class SwarmVectorEnv(VectorEnv[Single, Single, FloatArray]):
         ConfigError, EvaluationError, InvalidArgument, PluginError, SimulatorError: As :class:`SwarmParallelEnv`.
     """
 
+    closed = True  # until there are worlds: Gymnasium closes what it drops
+
     def __init__(
         self,
         config: Source,
@@ -69,6 +71,7 @@ class SwarmVectorEnv(VectorEnv[Single, Single, FloatArray]):
         self.single_action_space = self._worlds.action_space(robots)
         self.action_space = self._worlds.action_space(worlds, robots)
         self._ended = np.zeros(worlds, dtype=np.bool_)
+        self.closed = False
 
     @property
     def info(self) -> SceneInfo:
