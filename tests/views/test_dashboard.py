@@ -110,6 +110,22 @@ def test_not_more_folders_than_can_be_looked_into(place: Path, tmp_path: Path, m
     assert json.loads(snapshot.runs)["note"] == "There are more than 5 folders here; not all were looked into."
 
 
+def test_of_many_runs_some_are_looked_at_first(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watch, "FIRST_LOOKS_AT_ONCE", 2)
+    for number in range(4):
+        (tmp_path / f"run-{number}").symlink_to(place / "a <b>run", target_is_directory=True)
+    watched, states = Watch(tmp_path), []
+    for _ in range(2):
+        snapshot, more = watched.look()
+        states.append((sorted(run["state"] for run in json.loads(snapshot.runs)["runs"]), more))
+    assert states == [(["finished", "finished", "opening", "opening"], True), (["finished"] * 4, False)]
+    opened = Watch(tmp_path)
+    monkeypatch.setattr(watch, "FIRST_LOOKS_AT_ONCE", 0)
+    snapshot, _ = opened.look([watched.ids[3]])
+    assert list(snapshot.details) == [watched.ids[3]]
+    assert json.loads(snapshot.details[watched.ids[3]])["points"]
+
+
 def test_one_run_that_makes_no_sense_leaves_the_others(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     look = Following.look
 

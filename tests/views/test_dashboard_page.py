@@ -9,8 +9,10 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
 import small_runs
@@ -32,9 +34,10 @@ def browser() -> Iterator[Browser]:
 class Seen:
     """A page of the dashboard, and what it said and asked for."""
 
-    def __init__(self, browser: Browser, width: int, port: int) -> None:
+    def __init__(self, browser: Browser, width: int, port: int, bypass_csp: bool = False) -> None:
         self.home = f"http://127.0.0.1:{port}/"
-        self.context = browser.new_context(viewport={"width": width, "height": 900}, reduced_motion="reduce")
+        size = {"width": width, "height": 900}
+        self.context = browser.new_context(viewport=size, reduced_motion="reduce", bypass_csp=bypass_csp)
         self.page = self.context.new_page()
         self.errors: list[str] = []
         self.foreign: list[str] = []
@@ -126,7 +129,7 @@ def test_a_phone_shows_the_list_then_the_run(browser: Browser, place: Path, monk
         page.wait_for_selector(".point")
         assert page.evaluate("document.documentElement.scrollWidth") == 390
         page.click("text=All runs")
-        assert not page.is_visible("main")
+        page.wait_for_selector("main", state="hidden")
 
 
 def test_a_run_that_vanishes_and_a_server_that_ends_are_told(
@@ -148,6 +151,19 @@ def test_a_run_that_vanishes_and_a_server_that_ends_are_told(
     seen.page.wait_for_selector("[data-lost]:not([hidden])")
     assert "The dashboard's server has ended" in seen.page.inner_text("[data-lost]")
     seen.context.close()
+
+
+def test_axe_finds_nothing_serious(browser: Browser, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with serving(Watch(place), monkeypatch) as port, Seen(browser, 1440, port, bypass_csp=True) as page:
+        page.locator(".point").last.focus()
+        page.keyboard.press("Enter")
+        page.wait_for_function("swarmevoDashboard.run().player?.playing")
+        page.evaluate("swarmevoDashboard.run().player.pause()")
+        schemes: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+        for scheme in schemes:
+            page.emulate_media(color_scheme=scheme)
+            found = Axe().run(page).response["violations"]
+            assert [(one["id"], one["nodes"]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
 def test_a_configuration_is_shown_as_text(browser: Browser, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,8 @@ DEPTH: Final = 3
 """Folders that a run may be below the one that is watched."""
 MOST_FOLDERS: Final = 2000
 """That are looked into for runs."""
+FIRST_LOOKS_AT_ONCE: Final = 20
+"""At runs that nobody has opened, before the page is told of them: half a second if they are large."""
 EPISODES_AT_ONCE: Final = 10_000
 """That are read of a run before the page is told: about half a second."""
 
@@ -40,6 +42,7 @@ class _Watched:
     def __init__(self, name: str, folder: Path) -> None:
         self.name, self.run = name, Following(folder)
         self.detail = ""
+        self.is_new = True
         self.shown: tuple[Progress, int] | None = None  # what ``detail`` is of: the progress, and what is left to read
 
 
@@ -73,7 +76,9 @@ class Watch:
         found, is_all = _find(self.place)
         runs = {id: self._runs.get(id, _Watched(*place)) for id, place in found.items()}
         self._runs = runs
-        listed = [_listed(id, watched) for id, watched in runs.items()]
+        new = [id for id, watched in runs.items() if watched.is_new and id not in opened]
+        later = set(new[FIRST_LOOKS_AT_ONCE:])
+        listed = [_listed(id, watched, is_looked_at=id not in later) for id, watched in runs.items()]
         listed.sort(key=lambda entry: facts.order(entry["name"], runs[entry["id"]].run.progress))
         details = {id: _detail(id, runs[id]) for id in opened if id in runs}
         note = "" if is_all else f"There are more than {MOST_FOLDERS} folders here; not all were looked into."
@@ -85,13 +90,15 @@ class Watch:
                 "note": note,
             }
         )
-        return Snapshot(every, details), any(runs[id].run.untaken for id in details)
+        return Snapshot(every, details), bool(later) or any(runs[id].run.untaken for id in details)
 
 
-def _listed(id: str, watched: _Watched) -> dict[str, Any]:
+def _listed(id: str, watched: _Watched, is_looked_at: bool) -> dict[str, Any]:
     """Return a run in short. What makes no sense to us, of whatever a folder holds, is that run's fault alone."""
     try:
-        watched.run.look()
+        if is_looked_at:
+            watched.is_new = False
+            watched.run.look()
         return facts.listed(id, watched.name, watched.run)
     except Exception as error:
         watched.run.progress = Progress("broken", one_line(error))
