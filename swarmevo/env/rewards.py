@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from numbers import Real
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class Rewards:
         self._so_far[step.is_first & moving] = 0.0
         gains = np.where(moving[:, np.newaxis], now - self._so_far, 0.0)
         self._so_far[moving] = now[moving]
-        rewards: FloatArray = gains @ self._weights
+        rewards: FloatArray = (gains * self._weights).sum(axis=1)  # not @: the same bits beside any others
         return rewards
 
     def objectives(self, world: int) -> dict[str, float]:
@@ -72,7 +73,7 @@ def _weights(given: Mapping[str, float] | None, known: list[str]) -> dict[str, f
     for name, weight in asked.items():
         if name not in known:
             raise InvalidArgument(f"weights: expected objectives among {', '.join(known) or 'none'}, got {name!r}")
-        if not isinstance(weight, (int, float)) or not math.isfinite(weight):
+        if not isinstance(weight, Real) or not math.isfinite(weight):
             raise InvalidArgument(f"weights: expected a finite number for {name}, got {weight!r}")
     chosen = {name: float(weight) for name, weight in asked.items() if weight}
     if not chosen:

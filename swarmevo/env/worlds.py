@@ -108,9 +108,15 @@ class Worlds:
         self._before = self._state()
 
     def reset(self, worlds: BoolArray) -> None:
-        """Begin the next episode of some worlds; the others go on."""
-        self._lockstep.reset(worlds)
-        self._before = self._state()
+        """Begin the next episode of some worlds; the others go on.
+
+        Raises:
+            SimulatorError: An episode cannot begin; all others have.
+        """
+        try:
+            self._lockstep.reset(worlds)
+        finally:
+            self._before = self._state()
 
     def observe(self) -> Single:
         """Return what the robots sense now, ``(worlds, robots, observations)``; zeros where a world has failed."""
