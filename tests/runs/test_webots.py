@@ -258,6 +258,14 @@ def test_the_same_readings_give_the_same_commands(
     assert np.ptp(told["command"][:, :, :2]) > 0.1  # they did do something
 
 
+@pytest.mark.parametrize("device", ["infrared", "touch", "rf", "rf_bearing", "range_and_bearing", "light"])
+def test_a_robot_with_one_device_in_an_empty_scene_compiles(tmp_path: Path, mock: Path, device: str) -> None:
+    """Without a warning of what it does not use."""
+    sections = {**PAPER, "robot": {"sensors": [device]}, "scene": {"movables": [], "emitters": [], "goals": []}}
+    folder, _, _ = project(tmp_path, sections, "2022")
+    webots_player.compiled(folder / "controllers" / "swarmevo" / "swarmevo.c", mock)
+
+
 def test_a_period_that_is_no_multiple_of_the_worlds_step_is_said(tmp_path: Path, mock: Path) -> None:
     folder, _, _ = project(tmp_path, PAPER)
     program = webots_player.compiled(folder / "controllers" / "swarmevo" / "swarmevo.c", mock)

@@ -39,7 +39,7 @@ int main(int argc, char **argv) {
     if (steps * step != SWARMEVO_CONTROL_PERIOD_MS)
         fprintf(stderr, "swarmevo: the control period of %d ms is no multiple of the world's step of %d ms: it is %d ms here\n",
                 SWARMEVO_CONTROL_PERIOD_MS, step, steps * step);
-    (void)argc, (void)argv;
+    (void)argc, (void)argv, (void)limited; /* not every robot needs them */
 $enable    left = motor("left wheel motor");
     right = motor("right wheel motor");
     while (passed(wait, step, command)) {
