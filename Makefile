@@ -34,7 +34,7 @@ FUZZ_SECONDS ?= 20
 FUZZ_SEED ?= 0
 
 # Packages of plugins that come with swarmevo.
-BUILT_IN := plugins/swarmevo_controllers plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks
+BUILT_IN := plugins/swarmevo_controllers plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks plugins/swarmevo_trackers
 # A distribution of its own, which is installed beside swarmevo.
 RIVALS := plugins/swarmevo_rivals
 # What only tests need of it is large.

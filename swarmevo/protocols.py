@@ -738,3 +738,43 @@ class StartableOptimiser(Optimiser, Protocol):
             ValueError: It cannot begin from these; the message says why.
         """
         ...
+
+
+@dataclass(frozen=True)
+class TrackedRun:
+    """A run that a :class:`Tracker` shows."""
+
+    name: str
+    """As its folder."""
+    folder: str
+    """Of the run; a tracker may write into a folder of its own name there."""
+    seed: int
+    config: Mapping[str, Any]
+    """The resolved configuration, as plain data."""
+
+
+@runtime_checkable
+class Tracker(Protocol):
+    """Shows how a run goes on, in another program: it is told numbers, and decides nothing.
+
+    Factory: ``factory(run)`` with a :class:`TrackedRun`. It writes nothing before the first :meth:`log`, raises
+    ``ImportError`` with what to install if it lacks a library, and is made several times for one run: for each session,
+    and on trial, for a run that is not there. An error of a later call is told, and the run goes on without the
+    tracker.
+    """
+
+    def logged(self, trial: int) -> int:
+        """Return how many generations of a trial, from the first, have been logged in this and earlier sessions."""
+        ...
+
+    def log(self, trial: int, generation: int, scalars: Mapping[str, float]) -> None:
+        """Take the numbers of a stored generation, by name; finite. Trials and generations count from 0.
+
+        Each generation of a trial comes once, in order: that of the number that :meth:`logged` returned is the first.
+        What is not kept when this returns may be lost: the process may be killed.
+        """
+        ...
+
+    def close(self) -> None:
+        """Free what it holds. Nothing is called afterwards."""
+        ...

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from swarmevo import config as configuration
-from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis import assessment, fronts, tracking
 from swarmevo.analysis.assessment import REPEATS, TEAM_SIZES
 from swarmevo.analysis.fronts import Summary
 from swarmevo.analysis.table_ii import Assessment
@@ -18,7 +19,7 @@ from swarmevo.config import Config
 from swarmevo.errors import ConfigError
 from swarmevo.evolution.loop import Progress
 from swarmevo.evolution.threads import MakeBackend, ThreadBackend
-from swarmevo.plugins import team
+from swarmevo.plugins import team, trackers
 from swarmevo.plugins.team import never
 from swarmevo.protocols import Objective
 from swarmevo.runs import driver, verification
@@ -47,6 +48,7 @@ def evolve(
     set: Mapping[str, Any] | None = None,
     workers: int = 0,
     scheduler: str | None = None,
+    log: Sequence[str] = (),
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
 ) -> Run:
@@ -61,7 +63,8 @@ def evolve(
         workers: Episodes to run at once; 0 is one for each processor. The results do not depend on it.
         scheduler: Address of a Dask cluster to run on, such as ``tcp://host:8786``, instead of ``workers`` here. The
             results do not depend on it.
-        observe: Told after each generation.
+        log: Names of trackers, such as ``tensorboard``, which are told the numbers of each generation.
+        observe: Told after each generation, once it is stored.
         stop: Asked between jobs; when true, the run ends with :class:`swarmevo.errors.Interrupted` and can be resumed.
 
     Raises:
@@ -77,8 +80,9 @@ def evolve(
         settings, name = team.load_config(os.fspath(config) if config else None, given), Path(config or "quick").stem
     settings = configuration.seeded(settings)
     _backend(scheduler, workers)  # refused before a folder is made
+    trackers.check(log)
     folder = driver.begin(out, settings, name=name)
-    return resume(folder, workers=workers, scheduler=scheduler, observe=observe, stop=stop)
+    return resume(folder, workers=workers, scheduler=scheduler, log=log, observe=observe, stop=stop)
 
 
 def resume(
@@ -87,6 +91,7 @@ def resume(
     generations: int | str | None = None,
     workers: int = 0,
     scheduler: str | None = None,
+    log: Sequence[str] = (),
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
     accept_changed_plugin: bool = False,
@@ -98,6 +103,7 @@ def resume(
         generations: Make the run longer: so many in all, or ``"+N"`` for so many more.
         workers: As in :func:`evolve`.
         scheduler: As in :func:`evolve`.
+        log: As in :func:`evolve`; what earlier generations lack there is made up for.
         observe: As in :func:`evolve`.
         stop: As in :func:`evolve`.
         accept_changed_plugin: Go on though a plugin is not what it was: results of both are then in one run.
@@ -112,7 +118,8 @@ def resume(
     with Store.open(folder, readonly=False) as store:
         if generations is not None:
             driver.extend(store, str(generations), accept_changed_plugin)
-        driver.evolve(store, workers, observe, stop, backend, accept_changed_plugin)
+        with tracking.tracked(store, log, observe, warnings.warn) as tell:
+            driver.evolve(store, workers, tell, stop, backend, accept_changed_plugin)
     return Run(folder)
 
 

@@ -28,6 +28,7 @@ def sweep(
     set: Mapping[str, Any] | None = None,
     workers: int = 0,
     scheduler: str | None = None,
+    log: Sequence[str] = (),
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
 ) -> Findings:
@@ -43,6 +44,7 @@ def sweep(
         workers: Episodes to run at once; with a scheduler, runs at once. 0 is one for each processor. The results do
             not depend on it.
         scheduler: Address of a Dask cluster to run the episodes on.
+        log: Names of trackers, such as ``tensorboard``, which each run has.
         observe: Told when a run has ended, and every tenth of a second.
         stop: Asked now and then; when true, the sweep ends with :class:`swarmevo.errors.Interrupted` and can be gone
             on with.
@@ -67,4 +69,4 @@ def sweep(
         settings = planning.rehearsed(settings, numbers[0], stop)
         begun = Sweep(place or folders.fresh(Path(source or "quick").stem), settings, numbers)
         begun.create()
-    return runner.run(begun, workers, observe, stop, scheduler)
+    return runner.run(begun, workers, observe, stop, scheduler, log)

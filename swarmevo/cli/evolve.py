@@ -38,6 +38,16 @@ Scheduler = Annotated[
     ),
 ]
 
+Log = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--log",
+        metavar="TRACKER",
+        help="Log each generation with this tracker, such as tensorboard; swarmevo plugins lists them.",
+        show_default=False,
+    ),
+]
+
 
 @app.command(
     epilog=examples(
@@ -85,6 +95,7 @@ def evolve(
         ),
     ] = None,
     scheduler: Scheduler = None,
+    log: Log = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")
     ] = False,
@@ -94,6 +105,7 @@ def evolve(
     Every episode is kept in a run folder, with which an interrupted evolution goes on.
     """
     from swarmevo.config import seeded
+    from swarmevo.plugins import trackers
     from swarmevo.plugins.team import load_config
 
     count = worker_count(workers)
@@ -105,6 +117,7 @@ def evolve(
     given |= {"evolution.start": start and json.dumps(start)}
     overrides = [f"{key}={value}" for key, value in given.items() if value is not None] + (settings or [])
     chosen = seeded(load_config(config, overrides))
+    trackers.check(log or [])
     if dry_run:
         _forecast(chosen, count)
         return
@@ -116,7 +129,7 @@ def evolve(
     with interruptible("nothing was written") as stop:
         folder = driver.begin(out, chosen, stop, Path(config or "quick").stem)
     say(f"run {folder}, seed {chosen.evolution.seed}")
-    _go_on(folder, count, scheduler)
+    _go_on(folder, count, scheduler, log or [])
 
 
 @app.command(epilog=examples("swarmevo resume runs/first", "swarmevo resume runs/first --generations +50"))
@@ -129,6 +142,7 @@ def resume(
         typer.Option(metavar="+N|N", help="Make the run longer: by so many generations, or to so many in all."),
     ] = None,
     scheduler: Scheduler = None,
+    log: Log = None,
     accept: Annotated[
         bool, typer.Option("--accept-changed-plugin", help="Go on though a plugin was changed since the last session.")
     ] = False,
@@ -144,13 +158,13 @@ def resume(
         from swarmevo.cli import sweep
 
         without_effect(context, "on a sweep", "generations")
-        sweep.go_on(folder.Sweep.open(run), count, scheduler, accept_changed_plugin=accept)
+        sweep.go_on(folder.Sweep.open(run), count, scheduler, log or [], accept_changed_plugin=accept)
         return
     if scheduler:
         without_effect(context, "with --scheduler", "workers")
     if generations is not None:
         _extend(run, generations, accept)
-    _go_on(run, count, scheduler, accept)
+    _go_on(run, count, scheduler, log or [], accept)
 
 
 def _forecast(config: Config, workers: int) -> None:
@@ -177,9 +191,11 @@ def _extend(folder: Path, generations: str, accept_changed_plugin: bool) -> None
     say(f"{folder}: {total} generations in each trial")
 
 
-def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plugin: bool = False) -> None:
+def _go_on(
+    folder: Path, workers: int, scheduler: str | None, log: list[str], accept_changed_plugin: bool = False
+) -> None:
     """Bring a run to its end and show it; when that fails, say how to go on."""
-    from swarmevo.analysis import fronts
+    from swarmevo.analysis import fronts, tracking
     from swarmevo.runs import driver
     from swarmevo.runs.store import Store
     from swarmevo.views import console
@@ -190,7 +206,11 @@ def _go_on(folder: Path, workers: int, scheduler: str | None, accept_changed_plu
     with Store.open(folder, readonly=False) as store:
         say_how_it_was_left(store)
         try:
-            with interruptible(how) as stop, console.progress(*fronts.generations(store)) as observe:
+            with (
+                interruptible(how) as stop,
+                console.progress(*fronts.generations(store)) as show,
+                tracking.tracked(store, log, show, say) as observe,
+            ):
                 driver.evolve(store, workers, observe, stop, _backend(scheduler), accept_changed_plugin)
         except Exception:
             if store.is_in_place and (store.trials() or scheduler):

@@ -24,7 +24,7 @@ from swarmevo.cli.common import (
     without_effect,
     worker_count,
 )
-from swarmevo.cli.evolve import Scheduler, check_scheduler
+from swarmevo.cli.evolve import Log, Scheduler, check_scheduler
 
 if TYPE_CHECKING:
     from swarmevo.sweeps.folder import Sweep
@@ -76,6 +76,7 @@ def sweep(
         ),
     ] = None,
     scheduler: Scheduler = None,
+    log: Log = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")
     ] = False,
@@ -87,6 +88,7 @@ def sweep(
     sweep ends, the same command with --out, or swarmevo resume DIR, goes on with it. swarmevo show DIR prints the
     table, swarmevo compare DIR tests whether settings differ.
     """
+    from swarmevo.plugins import trackers
     from swarmevo.sweeps import folder as folders
     from swarmevo.sweeps import grid as grids
     from swarmevo.sweeps import planning
@@ -95,6 +97,7 @@ def sweep(
     count = worker_count(workers)
     if scheduler:
         without_effect(context, "with --scheduler", "dry_run")
+    trackers.check(log or [])
     numbers, name = grids.parse_seeds(seeds), Path(config or "quick").stem
     found = planning.settings(config, settings or [], grids.parse(grid or []), numbers)
     begun = folders.begun(out, found, numbers)
@@ -110,13 +113,14 @@ def sweep(
             return
         begun = Sweep(out or folders.fresh(name), found, numbers)
         begun.create()
-    go_on(begun, count, scheduler, as_json)
+    go_on(begun, count, scheduler, log or [], as_json)
 
 
 def go_on(
     sweep: Sweep,
     workers: int,
-    scheduler: str | None = None,
+    scheduler: str | None,
+    log: list[str],
     as_json: bool = False,
     accept_changed_plugin: bool = False,
 ) -> None:
@@ -131,7 +135,7 @@ def go_on(
     say(f"sweep {sweep.folder}: {len(sweep.settings)} settings, {len(sweep.seeds)} seeds")
     try:
         with interruptible(how) as stop, sweep_progress() as observe:
-            found = runner.run(sweep, workers, observe, stop, scheduler, accept_changed_plugin)
+            found = runner.run(sweep, workers, observe, stop, scheduler, log, accept_changed_plugin)
     except Exception:
         say(how)
         raise

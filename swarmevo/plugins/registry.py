@@ -46,7 +46,9 @@ GROUPS = {
     "fitness": "swarmevo.fitness",
     "optimiser": "swarmevo.optimisers",
 }
-"""Entry-point group of each kind of plugin."""
+"""Entry-point group of each kind of plugin that a configuration names."""
+_ALL_GROUPS = {**GROUPS, "tracker": "swarmevo.trackers"}
+"""Of those that decide nothing, too."""
 
 _PROTOCOLS: dict[str, tuple[type, ...]] = {
     "controller": (NativeController, PythonController),
@@ -71,7 +73,7 @@ class PluginEntry:
     """A plugin as its distribution announces it; nothing of it has been imported."""
 
     kind: str
-    """A key of ``GROUPS``."""
+    """A key of ``GROUPS``, or ``tracker``."""
     name: str
     target: str
     """``module:attribute``"""
@@ -123,7 +125,7 @@ def _changed(path: str) -> int:
 @lru_cache(maxsize=8)  # reading the metadata of all distributions takes longer than a small episode
 def _installed(paths: tuple[tuple[str, int], ...]) -> list[PluginEntry]:
     """Return what is installed in ``paths``, each with the time of its last change."""
-    points = [(kind, point) for kind, group in GROUPS.items() for point in metadata.entry_points(group=group)]
+    points = [(kind, point) for kind, group in _ALL_GROUPS.items() for point in metadata.entry_points(group=group)]
     claims = Counter((kind, point.name) for kind, point in points)
     entries = [
         PluginEntry(
@@ -167,7 +169,7 @@ def load(entry: PluginEntry) -> Factory:
     Raises:
         PluginError: The import fails, or what it gives cannot be called.
     """
-    point = metadata.EntryPoint(entry.name, entry.target, GROUPS[entry.kind])
+    point = metadata.EntryPoint(entry.name, entry.target, _ALL_GROUPS[entry.kind])
     files = entry.files
 
     def refused(error: BaseException) -> PluginError:
@@ -330,9 +332,9 @@ def _report(entry: PluginEntry) -> Report:
     options: tuple[str, ...] = ()
     try:
         factory = load(entry)
-        known = options_of(entry.kind, factory) or []
+        known = options_of(entry.kind, factory) or [] if entry.kind in GROUPS else []
         options = tuple(str(option.parameter) for option in known)
-        if not any(option.is_required for option in known):
+        if entry.kind in GROUPS and not any(option.is_required for option in known):
             host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
             _make(entry, factory, {}, *host, **taken_of(factory, _ANY_OFFER[entry.kind]))
         find(entry.kind, entry.name)

@@ -138,9 +138,9 @@ class StoreReader(RunFolder):
             raise ValueError("episodes are missing")
         return Generation(np.array([self._genes(*row) for row in genes]), episodes)
 
-    def summaries(self, trial: int) -> Iterator[Summary]:
-        """Yield every stored generation of a trial in short, in order."""
-        for number in range(self.generations(trial)):
+    def summaries(self, trial: int, start: int = 0) -> Iterator[Summary]:
+        """Yield every stored generation of a trial in short, in order, from that of a number on."""
+        for number in range(start, self.generations(trial)):
             yield self._summary(trial, number)
 
     @readable

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarmevo.analysis import fronts
+from swarmevo.analysis import fronts, tracking
 from swarmevo.config import Config
 from swarmevo.errors import StoreError
 from swarmevo.evolution.jobs import Job
@@ -37,6 +37,8 @@ class Order:
     """Path of the :class:`Board`."""
     scheduler: str | None
     """Of a Dask cluster."""
+    log: tuple[str, ...]
+    """Names of trackers."""
     accept_changed_plugin: bool
 
 
@@ -83,12 +85,15 @@ def _require_ours(store: Store, config: Config) -> None:
 def _go_on(folder: Path, order: Order, board: Board, stored: int) -> None:
     made = 0
 
-    def observe(now: Progress) -> None:
+    def note(now: Progress) -> None:
         nonlocal made
         made += 1
         board.note(order.number, stored + made, made)
 
-    with Store.open(folder, readonly=False) as store:
+    with (
+        Store.open(folder, readonly=False) as store,
+        tracking.tracked(store, order.log, note, _say) as observe,
+    ):
         backend = _backend(order.scheduler, board)
         driver.evolve(store, board.share, observe, lambda: board.stop, backend, order.accept_changed_plugin)
         _, planned = fronts.generations(store)

@@ -12,7 +12,7 @@ import contextlib
 import math
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from time import perf_counter
@@ -20,6 +20,7 @@ from typing import Final
 
 from swarmevo.errors import ClusterError, Interrupted, SwarmevoError
 from swarmevo.evolution import processes
+from swarmevo.plugins import trackers
 from swarmevo.plugins.team import never
 from swarmevo.sweeps import board as boards
 from swarmevo.sweeps import cell as cells
@@ -55,6 +56,7 @@ def run(
     observe: Callable[[Progress], None] = lambda now: None,
     stop: Callable[[], bool] = never,
     scheduler: str | None = None,
+    log: Sequence[str] = (),
     accept_changed_plugin: bool = False,
 ) -> Findings:
     """Run all that is missing of a sweep. A run that fails does not keep others from theirs.
@@ -65,20 +67,23 @@ def run(
         observe: Told when a run has ended, and now and then.
         stop: Asked now and then; when true, the runs in work are stopped; the sweep can be continued.
         scheduler: Of a Dask cluster, on which the episodes run.
+        log: Names of trackers, which each run has.
         accept_changed_plugin: See :func:`swarmevo.runs.driver.evolve`.
 
     Raises:
         ClusterError: The cluster cannot be used, or is gone.
+        ConfigError, PluginError: A tracker cannot be used.
         Interrupted: ``stop`` said so.
         StoreError: Somebody else runs the sweep.
     """
+    trackers.check(log)
     workers = workers or len(os.sched_getaffinity(0))
     slots = min(workers, len(sweep.cells))
     with sweep.locked(), boards.new(len(sweep.cells)) as board, _threads(slots) as (threads, cancelled):
 
         def run_one(number: int, cell: Cell) -> Outcome:
             config, folder = cell.config.model_dump_json(), str(cell.folder)
-            order = cells.Order(folder, config, number, board.path, scheduler, accept_changed_plugin)
+            order = cells.Order(folder, config, number, board.path, scheduler, tuple(log), accept_changed_plugin)
             with processes.child() as child:
                 return child.call(cells.run, (order,), math.inf, cancelled.is_set)
 

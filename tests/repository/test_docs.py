@@ -148,6 +148,12 @@ def test_the_examples_of_rivals_evolve(evolve: Callable[..., None], number: int)
     evolve("chosen.yaml")
 
 
+def test_the_example_of_a_tracker_logs(distribution: Distribution, evolve: Callable[..., None]) -> None:
+    install_example(DOCS / "tracking.md", distribution)
+    evolve("quick", "--trials", "1", "--out", "run", "--log", "lines")
+    assert len(Path("run/generations.jsonl").read_text().splitlines()) == 2
+
+
 # ---- keys ------------------------------------------------------------------------------------------------------------
 
 
