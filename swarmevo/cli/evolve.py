@@ -147,7 +147,7 @@ def resume(
         bool, typer.Option("--accept-changed-plugin", help="Go on though a plugin was changed since the last session.")
     ] = False,
 ) -> None:
-    """Go on with a run or a sweep that was interrupted, or make a run longer.
+    """Go on with a run or a sweep, or make a run longer.
 
     The result is that of one that was never interrupted.
     """
