@@ -136,9 +136,10 @@ class SwarmParallelEnv(ParallelEnv[str, Single, Single]):
         """Return ``(1, robots, commands)``."""
         if not self.agents:
             raise InvalidArgument("step: expected an episode that goes on, got none; call reset")
-        if actions.keys() != set(self.agents):
+        if not isinstance(actions, Mapping) or actions.keys() != set(self.agents):
+            got = list(actions) if isinstance(actions, Mapping) else type(actions).__name__
             raise InvalidArgument(
-                f"actions: expected one of each agent, {self.agents[0]} to {self.agents[-1]}, got {list(actions)}"
+                f"actions: expected one of each agent, {self.agents[0]} to {self.agents[-1]}, got {got}"
             )
         try:
             return np.array([[actions[agent] for agent in self.agents]])

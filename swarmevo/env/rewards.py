@@ -70,6 +70,8 @@ class Rewards:
 def _weights(given: Mapping[str, float] | None, known: list[str]) -> dict[str, float]:
     """Return the weights that are not 0, by objective."""
     asked = dict.fromkeys(known, 1.0) if given is None else given
+    if not isinstance(asked, Mapping):
+        raise InvalidArgument(f"weights: expected a mapping of objectives to numbers, got {type(asked).__name__}")
     for name, weight in asked.items():
         if name not in known:
             raise InvalidArgument(f"weights: expected objectives among {', '.join(known) or 'none'}, got {name!r}")

@@ -176,6 +176,8 @@ def _loaded(source: Source, set: Mapping[str, Any]) -> Config:
     overrides = configuration.as_overrides(set)
     if isinstance(source, Config):
         return configuration.changed(source, overrides)
+    if not isinstance(source, str | os.PathLike):
+        raise InvalidArgument(f"config: expected a Config, or a name or path of one, got {source!r}")
     return load_config(os.fspath(source), overrides)
 
 

@@ -148,6 +148,7 @@ def test_wrong_actions_are_one_line_and_nothing_moves() -> None:
     good = {agent: np.zeros(2) for agent in env.agents}
     for wrong, message in [
         ({}, "actions: expected one of each agent, robot_0 to robot_2, got []"),
+        (np.zeros((3, 2)), "actions: expected one of each agent, robot_0 to robot_2, got ndarray"),
         ({**good, "robot_3": np.zeros(2)}, "actions: expected one of each agent, robot_0 to robot_2, got ['robot_0', "),
         ({**good, "robot_1": np.zeros(3)}, "actions: expected 2 numbers of each agent, got arrays of several lengths"),
         ({**good, "robot_1": np.array([0, np.nan])}, "commands: expected finite numbers, got nan for robot 1 of world"),
@@ -160,6 +161,8 @@ def test_wrong_actions_are_one_line_and_nothing_moves() -> None:
 
 
 def test_wrong_worlds_are_refused() -> None:
+    with pytest.raises(InvalidArgument, match=r"^config: expected a Config, or a name or path of one, got None$"):
+        SwarmParallelEnv(None)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match=r"team\.robots"):
         SwarmParallelEnv("phototaxis", set={"team.robots": 0})
     for seed in (-1, 2**64):

@@ -166,6 +166,7 @@ def test_a_minimised_objective_counts_with_the_opposite_sign(monkeypatch: pytest
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
+        (["nearness"], "weights: expected a mapping of objectives to numbers, got list"),
         ({"homing": 1}, "weights: expected objectives among nearness, arrived, got 'homing'"),
         ({"hidden_neurons": 1}, "weights: expected objectives among nearness, arrived, got 'hidden_neurons'"),
         ({"nearness": nan}, "weights: expected a finite number for nearness, got nan"),
