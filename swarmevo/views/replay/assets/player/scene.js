@@ -277,7 +277,7 @@ class Scene {
     this.viewer.camera.aspect = width / height;
     this.viewer.camera.updateProjectionMatrix();
     if (!this.camera.isMoved && this.track) this.look();
-    this.viewer.set_dirty();
+    this.viewer.render(); // at once: another size has emptied the canvas
   }
 
   close() {
