@@ -99,7 +99,7 @@ def activations(
 
 
 _Activation = Callable[[FloatArray], FloatArray]
-_ACTIVATIONS: dict[str, _Activation] = {"tanh": np.tanh, "logistic": lambda x: 1 / (1 + np.exp(-x))}
+_ACTIVATIONS: dict[str, _Activation] = {"tanh": np.tanh, "logistic": lambda x: (1 + np.tanh(x / 2)) / 2}
 
 
 def _on(policies: FeedForward | Recurrent, i: int) -> list[int]:

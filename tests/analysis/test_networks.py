@@ -12,7 +12,7 @@ from swarmevo.analysis import networks
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import Compiled, Recurrent
+from swarmevo.protocols import Compiled, FeedForward, Recurrent
 from swarmevo.simulation import EpisodeKey
 from swarmevo.views.replay import networks as replay_networks
 
@@ -79,3 +79,10 @@ def test_robots_with_genomes_of_their_own_have_networks_of_their_own() -> None:
 def test_compiled_functions_are_refused() -> None:
     with pytest.raises(ValueError, match="expected networks that the library runs, got compiled functions"):
         networks.activations(Compiled(1, np.zeros((1, 1))), 0, np.zeros((1, 1, 1)), np.zeros((1, 1, 2)), 0.1)
+
+
+@pytest.mark.parametrize("activation", ["tanh", "logistic"])
+def test_weights_of_any_size_are_no_warning(activation: str) -> None:
+    huge = FeedForward(np.array([[[-1e6, 1e6]]]), np.zeros((1, 2, 2)), np.array([[True]]), True, activation)  # type: ignore[arg-type]
+    found = networks.activations(huge, 0, np.array([[[2.0]], [[0.0]]]), np.zeros((2, 1, 2)), 0.1)
+    assert found.ravel().tolist() == [-1.0 if activation == "tanh" else 0.0, 1.0]

@@ -11,7 +11,7 @@ import numpy as np
 from swarmevo.analysis import networks
 from swarmevo.analysis.recording import Recording
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import Compiled, FloatArray, NativePolicies
+from swarmevo.protocols import Compiled, FeedForward, FloatArray, Linear, Recurrent
 from swarmevo.views.text import number
 
 
@@ -60,8 +60,9 @@ def activations(recording: Recording) -> FloatArray:
     return found
 
 
-def _policies(recording: Recording) -> Any:
-    policies: NativePolicies | None = Team(recording.config).policies(recording.genes)
+def _policies(recording: Recording) -> FeedForward | Linear | Recurrent | None:
+    """Return the networks of an individual; None: it has none that the library runs."""
+    policies = Team(recording.config).policies(recording.genes)
     return None if isinstance(policies, Compiled) else policies
 
 
