@@ -125,6 +125,7 @@ def go_on(
     accept_changed_plugin: bool = False,
 ) -> None:
     """Bring a sweep to its end and show it; when that fails, say how to go on."""
+    from swarmevo.errors import OutputError
     from swarmevo.sweeps import runner
     from swarmevo.sweeps.folder import PAGE
     from swarmevo.views.console.sweeps import sweep_progress
@@ -140,7 +141,10 @@ def go_on(
         say(how)
         raise
     show_findings(found, as_json)
-    say(f"written: {page.write(found, sweep.folder / PAGE)}")
+    try:
+        say(f"written: {page.write(found, sweep.folder / PAGE)}")
+    except OutputError as error:  # the table is there, and what failed is still to be told
+        say(f"warning: no page: {error}")
     if failed := sum(len(row.failed) for row in found.rows):
         exit_with(FAILED, f"{failed} of {len(sweep.cells)} runs failed; {how}")
     if len(sweep.settings) > 1 and sweep.is_of_one_task:

@@ -232,6 +232,21 @@ def test_a_run_that_fails_does_not_keep_others_from_theirs(swarmevo_: Swarmevo, 
     assert done.out.count("failed: optimiser=fragile_fault_") == 2
 
 
+def test_a_page_that_cannot_be_written_is_a_warning(
+    swept: Path, swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(swept)
+    Path("s/sweep.html").rename("s/before")
+    Path("s/sweep.html").symlink_to("nowhere/page")
+    try:
+        done = swarmevo_("resume", "s", "--workers", 1)
+    finally:
+        Path("s/before").replace("s/sweep.html")
+    assert done.code == 0
+    assert done.out == (swept / "out").read_text()
+    assert "warning: no page: s/sweep.html: " in done.err
+
+
 def test_one_sweep_is_not_run_twice_at_once(swept: Path, swarmevo_: Swarmevo) -> None:
     with Sweep.open(swept / "s").locked():
         done = swarmevo_("resume", swept / "s")
