@@ -7,11 +7,9 @@ good, for good luck helped to select it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
-
-import numpy as np
 
 from swarmevo.analysis import fronts
 from swarmevo.analysis.measures import HOMING, PUSH, measures_of
@@ -161,9 +159,3 @@ def findings(sweep: Sweep, outcomes: Mapping[str, Outcome], failed: Mapping[str,
     every = [objective for row in rows for run in row.runs for objective in run.objectives]
     named = {objective.name: objective for objective in every}
     return Findings(FORMAT, str(sweep.folder), sweep.grid, sweep.seeds, rows, list(named.values()))
-
-
-def quartiles(values: Sequence[float]) -> tuple[float, float, float]:
-    """Return the first quartile, the median and the third quartile."""
-    low, median, high = np.quantile(values, [0.25, 0.5, 0.75]).tolist()
-    return low, median, high
