@@ -24,7 +24,7 @@ counters = pytest.mark.parametrize(
 def terminal(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
     """Return what is written to a terminal in the place of stderr."""
     written = io.StringIO()
-    monkeypatch.setattr(bars, "_terminal", lambda: Console(file=written, force_terminal=True, width=60))
+    monkeypatch.setattr(bars, "terminal", lambda: Console(file=written, force_terminal=True, width=60))
     return written
 
 
