@@ -143,6 +143,7 @@ OtherWorld = Annotated[
         "--set", metavar="SECTION.KEY=VALUE ...", help="Change the world from that of the run; values are YAML."
     ),
 ]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print everything there is, as JSON.")]
 
 

@@ -13,6 +13,7 @@ import typer
 
 from swarmevo.cli.common import (
     USAGE,
+    DryRun,
     Run,
     Workers,
     app,
@@ -96,9 +97,7 @@ def evolve(
     ] = None,
     scheduler: Scheduler = None,
     log: Log = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")
-    ] = False,
+    dry_run: DryRun = False,
 ) -> None:
     """Evolve controllers and print their Pareto front.
 

@@ -15,6 +15,7 @@ from swarmevo.cli import streams
 from swarmevo.cli.common import (
     FAILED,
     AsJson,
+    DryRun,
     Workers,
     app,
     examples,
@@ -77,9 +78,7 @@ def sweep(
     ] = None,
     scheduler: Scheduler = None,
     log: Log = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check everything and forecast the cost; write nothing.")
-    ] = False,
+    dry_run: DryRun = False,
     as_json: AsJson = False,
 ) -> None:
     """Evolve with each setting of a grid and each seed.
