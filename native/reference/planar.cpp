@@ -270,10 +270,10 @@ void Planar::touch_movables(Pushed& one, Pushed& other) const {
 
 // Forces of one contact, whose normal points to `one`; nullptr is what stands still. Returns the normal force.
 double Planar::touch(Mobile& one, Mobile* other, const Touch& law, const Contact& contact) const {
-    const auto& [x, y, nx, ny, depth] = contact;
+    const double nx = contact.nx, ny = contact.ny, depth = contact.depth;
     const double tx = -ny, ty = nx;
     double vx = 0, vy = 0, mobility = 0;  // of `one` against `other`; 1/kg, of the contact along the tangent
-    const auto add = [&](const Mobile& m, double sign) {
+    const auto add = [&, x = contact.x, y = contact.y](const Mobile& m, double sign) {
         const double ax = x - m.body.x, ay = y - m.body.y, arm = ax * ty - ay * tx;
         vx += sign * (m.body.vx - m.body.spin * ay);
         vy += sign * (m.body.vy + m.body.spin * ax);

@@ -191,10 +191,9 @@ def test_ctrl_c_ends_it_cleanly_and_resume_goes_on(tmp_path: Path, swarmevo_: Sw
     stopped.send_signal(signal.SIGTERM)
     out, err = stopped.communicate()
     assert (stopped.returncode, out) == (130, "")
-    assert err.splitlines()[-2:] == [
-        "stopping; once more to stop at once",
-        "interrupted; go on with: swarmevo resume s",
-    ]
+    *lines, last = err.splitlines()  # a run may become complete while the others stop
+    assert "stopping; once more to stop at once" in lines
+    assert last == "interrupted; go on with: swarmevo resume s"
     assert not list(Path("s").rglob("*.lock"))  # each was closed
     assert swarmevo_("show", "s").out.startswith("s: ")
     assert "s: 4 of 4 runs are complete" in swarmevo_("resume", "s", "--workers", 1).out

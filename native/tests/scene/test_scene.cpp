@@ -126,7 +126,8 @@ TEST_CASE("bad values are named") {
         Fixture fixture;
         spoil(fixture.config);
         const std::string errors = errors_of(fixture.config);
-        CHECK_MESSAGE(names(errors, field), std::string(field) << " is not in: " << errors);
+        const std::string expected = field;  // no message takes a structured binding
+        CHECK_MESSAGE(names(errors, expected), expected << " is not in: " << errors);
     }
 }
 

@@ -12,7 +12,14 @@
 #include "world/ode.hpp"
 #include "world/world.hpp"
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__has_feature)  // clang's
+#define FINDS_LEAKS __has_feature(address_sanitizer)
+#elif defined(__SANITIZE_ADDRESS__)
+#define FINDS_LEAKS 1
+#else
+#define FINDS_LEAKS 0
+#endif
+#if FINDS_LEAKS
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -27,7 +34,7 @@ std::vector<double> tumbled() {
 
 // Worlds that ODE broke are leaked on purpose.
 class LeaksOnPurpose {
-#if defined(__SANITIZE_ADDRESS__)
+#if FINDS_LEAKS
     __lsan::ScopedDisabler disabler_;
 #else
   public:
