@@ -38,6 +38,8 @@ FUZZ_SEED ?= 0
 BUILT_IN := plugins/swarmevo_controllers plugins/swarmevo_paper plugins/swarmevo_shaped plugins/swarmevo_tasks plugins/swarmevo_trackers
 # A distribution of its own, which is installed beside swarmevo.
 RIVALS := plugins/swarmevo_rivals
+# One build for the library of all environments and the native tests.
+BUILT_AS_TESTS := --config-settings=build-dir=build/native
 # What only tests need of it is large.
 TESTED_RIVALS := $(RIVALS)[ribs]
 
@@ -66,8 +68,10 @@ test-native: build/system-test
 	cmake --build build/native --target native_tests
 	build/native/native_tests
 
+# The slowest files go first. Browsers and disks are waited for, hence more processes than cores.
 test-python: $(call needs,test)
-	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses logical --dist loadfile .
+	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses $$(($$(nproc) * 3 / 2)) \
+	    --dist loadfile --no-loadscope-reorder repository views rivals cli .
 
 # Every verb, the configuration, the interface in Python; old libraries warn of what is new since.
 LOWEST_TESTS := cli/test_evolve.py cli/test_paths.py config api views/test_figures.py
@@ -166,19 +170,19 @@ $(BIN)/python: | build/system
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed $(VENV)/installed-test $(VENV)/installed-lint $(VENV)/installed-docs: $(VENV)/installed%: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" "./$(if $(filter -test,$*),$(TESTED_RIVALS),$(RIVALS))"
+	$(BIN)/pip install -q -c constraints.txt ".$(if $*,[$(patsubst -%,%,$*)])" "./$(if $(filter -test,$*),$(TESTED_RIVALS),$(RIVALS))" $(BUILT_AS_TESTS)
 	touch $@
 
 # All extras at once: each installation takes its time.
 install: $(call needs,all)
 
 $(VENV)/installed-all: $(SOURCES) | $(BIN)/python build/system
-	$(BIN)/pip install -q -c constraints.txt ".[test,lint,docs]" "./$(TESTED_RIVALS)"
+	$(BIN)/pip install -q -c constraints.txt ".[test,lint,docs]" "./$(TESTED_RIVALS)" $(BUILT_AS_TESTS)
 	touch $(VENV)/installed $(addprefix $(VENV)/installed-,test lint docs) $@
 
 build/lowest/installed: $(SOURCES) constraints-lowest.txt | build/system
 	$(PYTHON) -m venv build/lowest
-	build/lowest/bin/pip install -q -c constraints-lowest.txt ".[pandas,dask]" pytest hypothesis
+	build/lowest/bin/pip install -q -c constraints-lowest.txt ".[pandas,dask]" pytest hypothesis $(BUILT_AS_TESTS)
 	touch $@
 
 build/manylinux/tools/installed: constraints.txt pyproject.toml | build/system
