@@ -23,18 +23,22 @@ from swarmevo.views.replay import page as replay_page
 HOME = [3.0, None, 5.0]
 
 
-@pytest.fixture(scope="module")
-def film() -> Recording:
+def recorded(horizon: float, controller: dict[str, Any]) -> Recording:
     settings = Config.model_validate(
         {
             "team": {"robots": 3},
-            "episode": {"horizon": 12.0},
-            "controller": {"feedforward": {"hidden": 3}},
+            "episode": {"horizon": horizon},
+            "controller": controller,
             "fitness": {"box_pushing": {}},
         }
     )
     genes = np.random.default_rng(3).normal(0, 1.2, Team(settings).space.size)
     return record(settings, genes, [EpisodeKey(1, 0, 0, 0)])
+
+
+@pytest.fixture(scope="module")
+def film() -> Recording:
+    return recorded(12.0, {"feedforward": {"hidden": 3}})
 
 
 @pytest.fixture(scope="module")
@@ -199,6 +203,39 @@ def test_the_network_shows_what_it_did(page: Page, film: Recording) -> None:
         "swarmevo.player.stages[0].home.click(); swarmevo.player.view.network = false; swarmevo.player._apply()"
     )
     assert network.is_hidden()
+
+
+def remembered(film: Recording, memory: str) -> list[Any]:
+    (network,) = replay_networks.drawn(film)
+    return [link for link in network["links"] if link[0] == memory and link[2] == "hidden"]
+
+
+def test_the_network_shows_what_it_remembers(browser: Browser, tmp_path: Path) -> None:
+    """Its links are dashed, and as strong as what they lead from was a control step ago."""
+    film = recorded(3.0, {"elman": {"hidden": 5}})
+    (tmp_path / "page.html").write_text(replay_page.render([replay_data.data(film, "elman")], "elman"))
+    links, hidden = remembered(film, "hidden"), replay_networks.activations(film)
+    assert len(links) == hidden.shape[-1] ** 2 > 1
+    with browsers.watch(browser, 820, 620) as watched:
+        page = watched.open(tmp_path / "page.html")
+        page.evaluate(
+            "swarmevo.pause(); swarmevo.player.view.network = true; swarmevo.player._apply();"
+            "swarmevo.player.stages[0]._watch(1); swarmevo.seek(2)"
+        )
+        drawn(page)
+        dashed = page.locator(".sw-network path[stroke-dasharray]")
+        looks = dashed.evaluate_all("all => all.map(({ style }) => [style.stroke, style.strokeOpacity])")
+        browsers.keep(page, "replay-network-elman")
+    most = max(abs(link[4]) for network in replay_networks.drawn(film) for link in network["links"])
+    heard = [link[4] / most * hidden[19, 1, link[1]] for link in links]
+    assert [colour for colour, _ in looks] == [f"var(--sw-{'excites' if one >= 0 else 'inhibits'})" for one in heard]
+    np.testing.assert_allclose([float(opacity) for _, opacity in looks], 0.1 + 0.9 * np.abs(heard), atol=0.015)
+
+
+def test_a_jordan_network_remembers_its_commands() -> None:
+    film = recorded(1.0, {"jordan": {"hidden": 5}})
+    assert len(remembered(film, "outputs")) == 2 * replay_networks.activations(film).shape[-1]
+    assert not remembered(film, "hidden")
 
 
 def test_from_above_the_arena_is_a_square(page: Page) -> None:

@@ -19,7 +19,8 @@ def drawn(recording: Recording) -> list[dict[str, Any]]:
     """Return the names of each network's neurons, and its links; none: the controller is no network of the library.
 
     One network is all robots', several are those of the robots, in turn. A link is where it comes from and goes to, a
-    kind of neurons and a number each, and its weight. What recurrent networks remember is no link.
+    kind of neurons and a number each, and its weight. Those of recurrent networks lead to hidden neurons, from hidden
+    neurons or outputs: what these were a control step ago.
     """
     team = Team(recording.config)
     policies, info = _policies(recording), team.scene.info
@@ -33,6 +34,8 @@ def drawn(recording: Recording) -> list[dict[str, Any]]:
             *_links("inputs", "hidden", one.input_hidden),
             *_links("hidden", "outputs", one.hidden_output),
             *_links("inputs", "outputs", one.input_output),
+            *_links("hidden", "hidden", one.remembered[:, : len(one.hidden)]),
+            *_links("outputs", "hidden", one.remembered[:, len(one.hidden) :]),
         ]
         found.append(
             {"inputs": inputs, "hidden": list(one.hidden), "outputs": list(info.command_names), "links": links}

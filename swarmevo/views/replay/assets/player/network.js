@@ -35,9 +35,11 @@ class Network {
     const columns = Object.fromEntries(Object.keys(NETWORK_COLUMNS).map((name) => [name, place(name, net[name].length)]));
     const most = Math.max(1e-9, ...net.links.map(([, , , , weight]) => Math.abs(weight)));
     this.links = net.links.map(([from, i, to, j, weight]) => {
-      const [[x1, y1], [x2, y2]] = [columns[from](i), columns[to](j)];
-      const line = svg("line", { x1, y1, x2, y2, "stroke-width": 0.4 + (2.2 * Math.abs(weight)) / most }, this.drawing);
-      return { line, from, i, weight: weight / most };
+      const isRemembered = to === "hidden" && from !== "inputs";
+      const d = (isRemembered ? bent : straight)(columns[from](i), columns[to](j));
+      const line = svg("path", { d, fill: "none", "stroke-width": 0.4 + (2.2 * Math.abs(weight)) / most }, this.drawing);
+      if (isRemembered) line.setAttribute("stroke-dasharray", "4 2");
+      return { line, from, i, weight: weight / most, isRemembered };
     });
     this.nodes = Object.keys(NETWORK_COLUMNS).map((name, column) =>
       net[name].map((label, k) => {
@@ -54,9 +56,14 @@ class Network {
   show(t, robot) {
     if (this.root.hidden || !this.track.steps) return;
     if (this.robot !== robot) this._draw(robot);
-    const values = this._values(this.track.at(t), robot);
+    const at = this.track.at(t);
+    const values = this._values(at, robot);
+    const before = at.step > 0 && this.links.some(({ isRemembered }) => isRemembered) ? this._values({ step: at.step - 1 }, robot) : null;
     Object.values(values).forEach((of, column) => this.nodes[column].forEach((node, i) => paint(node, "fill", of[i])));
-    for (const { line, from, i, weight } of this.links) paint(line, "stroke", weight * values[from][i], 0.1);
+    for (const { line, from, i, weight, isRemembered } of this.links) {
+      const heard = isRemembered ? (before?.[from][i] ?? 0) : values[from][i];
+      paint(line, "stroke", weight * heard, 0.1);
+    }
   }
 
   /** Return the values of inputs, hidden neurons and outputs, in [-1, 1] or nearly. */
@@ -67,6 +74,18 @@ class Network {
     const outputs = [...track.commands(at, robot), ...track.sent(at, robot)];
     return { inputs: [...inputs, ...bias], hidden: track.activations(at, robot), outputs };
   }
+}
+
+/** Return the path of a link between two places. */
+function straight([x1, y1], [x2, y2]) {
+  return `M${x1} ${y1}L${x2} ${y2}`;
+}
+
+/** Return the path of a link of memory: a bow, or a ring around a neuron that hears itself. */
+function bent([x1, y1], [x2, y2]) {
+  if (x1 === x2 && y1 === y2) return `M${x1 - 7.5} ${y1}a7.5 7.5 0 1 0 15 0a7.5 7.5 0 1 0 -15 0`;
+  const bow = x1 === x2 ? 0.35 : 0.2;
+  return `M${x1} ${y1}Q${(x1 + x2) / 2 + bow * (y2 - y1)} ${(y1 + y2) / 2 + bow * (x1 - x2)} ${x2} ${y2}`;
 }
 
 /** Give an element the colour of a value in [-1, 1]. */
