@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Robots by name: what differs from the default robot, the paper's e-puck. Sources: ``docs/robots.md``.
+"""Robots by name: what differs from the default robot, the paper's e-puck. Sources of each number: ``docs/robots.md``.
 
 A preset stands in for defaults: a key that a configuration names wins over it. What a robot needs to run at all, such
 as a shorter time step for a fast one, is part of its preset.
@@ -28,12 +28,27 @@ PRESETS: Final[Mapping[str, Preset]] = {
             "axle_length": 0.1054,
             "top_speed": 38.1,
             "motor_torque": 0.12,
-            "caster_offset": 0.06,
+            "caster_offset": 0.05,
             "bumper": "rigid",
         },
         "sensors": {
             "infrared_yaw_deg": [0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -90.0, -45.0],
-            "infrared_curve": [[0.0, 1.0], [0.25, 0.0]],
+            "infrared_curve": [
+                [0.0, 1023.0],
+                [0.01, 1010.0],
+                [0.02, 1000.0],
+                [0.03, 990.0],
+                [0.04, 800.0],
+                [0.05, 500.0],
+                [0.06, 400.0],
+                [0.07, 350.0],
+                [0.08, 280.0],
+                [0.09, 250.0],
+                [0.1, 220.0],
+                [0.15, 180.0],
+                [0.2, 120.0],
+                [0.25, 0.0],
+            ],
         },
         "physics": {"time_step": 0.025},
         "team": {"row_spacing": 0.18},
@@ -53,7 +68,18 @@ PRESETS: Final[Mapping[str, Preset]] = {
         },
         "sensors": {
             "infrared_yaw_deg": [40.0, 20.0, 0.0, -20.0, -40.0, -148.0, 148.0],
-            "infrared_curve": [[0.0, 4505.0], [0.14, 0.0]],
+            "infrared_curve": [
+                [0.0, 4235.0],
+                [0.02, 4139.0],
+                [0.03, 3515.0],
+                [0.04, 2965.0],
+                [0.05, 2570.0],
+                [0.06, 2248.0],
+                [0.07, 1941.0],
+                [0.08, 1597.0],
+                [0.09, 1195.0],
+                [0.0933, 0.0],
+            ],
             "ground_position": [[0.072, 0.012], [0.072, -0.012]],
         },
         "team": {"row_spacing": 0.15},

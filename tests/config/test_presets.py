@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+import json
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -55,3 +59,29 @@ def test_a_preset_in_python() -> None:
 def test_a_robot_that_nobody_knows_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"robot.preset: expected one of epuck, epuck_real, khepera_iv, thymio_ii"):
         load("paper", ["robot.preset=roomba"])
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8").partition("## Presets")[2]
+
+
+def _rows(heading: str) -> list[list[str]]:
+    lines = PAGE.partition(f"### {heading}\n")[2].partition("\n### ")[0].splitlines()
+    return [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")][2:]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_page_tells_each_number_and_its_source(name: str) -> None:
+    config, letters = Config.model_validate({"robot": {"preset": name}}), {row[0] for row in _rows("Sources")}
+    rows = _rows(f"`{name}`")
+    for key, value, source in rows:
+        section, _, field = key.partition(".")
+        assert getattr(config, section).model_dump(mode="json")[field] == _parsed(value), key
+        cited = re.match(r"([A-Z](?:, [A-Z])*)\b", source)
+        assert source.startswith("*") if cited is None else set(cited[1].split(", ")) <= letters, key
+    told = {f"{section}.{field}" for section, values in PRESETS[name].items() for field in values}
+    all_keys = {f"{section}.{field}" for preset in PRESETS.values() for section in preset for field in preset[section]}
+    assert {row[0] for row in rows} == (all_keys if name == "epuck" else told)
+
+
+def _parsed(value: str) -> object:
+    return json.loads(value) if value[0] in "[0123456789" else value
