@@ -3,11 +3,22 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
+from typing import Final
+
+_SHOWN: Final = 3
+"""Lines of a kind, where there are more: twenty robots outside of the arena are one mistake."""
+
 
 class SwarmevoError(Exception):
-    """Base of all errors of swarmevo. ``errors`` holds one line for each thing that is wrong."""
+    """Base of all errors of swarmevo. ``errors`` holds one line for each thing that is wrong.
+
+    Of many lines that differ only in their numbers and in what came: the first ones and how many more there are.
+    """
 
     def __init__(self, *errors: str) -> None:
+        errors = _few(errors)
         super().__init__("; ".join(errors))
         self.errors = errors
 
@@ -61,3 +72,18 @@ class ReplayError(SwarmevoError):
 
 class Interrupted(Exception):  # noqa: N818 - asked for, not an error
     """What was going on was asked to stop, and did."""
+
+
+def _few(lines: tuple[str, ...]) -> tuple[str, ...]:
+    """Return lines; of a kind with two more than are shown, the first ones, the last of which tells how many more."""
+    kinds = [re.sub(r"\d+(\.\d+)?", "#", line.partition(", got ")[0]) for line in lines]
+    total, seen = Counter(kinds), Counter[str]()
+    found = []
+    for line, kind in zip(lines, kinds, strict=True):
+        seen[kind] += 1
+        left = total[kind] - _SHOWN
+        if left < 2 or seen[kind] < _SHOWN:
+            found.append(line)
+        elif seen[kind] == _SHOWN:
+            found.append(f"{line} (and {left} more like this)")
+    return tuple(found)

@@ -38,3 +38,19 @@ def test_an_error_survives_a_journey(kind: type[BaseException], lines: tuple[str
     assert type(found) is kind
     assert (str(found), repr(found), vars(found)) == (str(error), repr(error), vars(error))
     assert getattr(found, "errors", lines) == lines
+
+
+def test_many_lines_of_a_kind_are_the_first_ones_and_how_many_more() -> None:
+    outside = [f"team.start_poses[{i}]: expected it inside, got {9 + i / 10}, 9 m" for i in range(20)]
+    told = errors.SwarmevoError("robot.mass: expected less, got 5", *outside, "robot.radius: expected more, got 0.1")
+    assert told.errors == (
+        "robot.mass: expected less, got 5",
+        *outside[:2],
+        outside[2] + " (and 17 more like this)",
+        "robot.radius: expected more, got 0.1",
+    )
+    assert pickle.loads(pickle.dumps(told)).errors == told.errors
+    assert errors.SwarmevoError(*outside[:4]).errors == tuple(outside[:4])
+    assert (
+        errors.SwarmevoError(*(f"{word}: expected a number, got 1" for word in "abcdefgh")).errors[-1].startswith("h")
+    )
