@@ -57,15 +57,31 @@ class Watched:
 
 
 @contextmanager
-def watch(browser: Browser, width: int = 1280, height: int = 760, dark: bool = False) -> Iterator[Watched]:
+def watch(
+    browser: Browser, width: int = 1280, height: int = 760, dark: bool = False, has_touch: bool = False
+) -> Iterator[Watched]:
     """Give a new page of an offline browser."""
     context = browser.new_context(
-        viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light", offline=True
+        viewport={"width": width, "height": height},
+        color_scheme="dark" if dark else "light",
+        offline=True,
+        has_touch=has_touch,
+        is_mobile=has_touch,
     )
     try:
         yield Watched(context.new_page())
     finally:
         context.close()
+
+
+def swipe(page: Page, start: tuple[float, float], way: tuple[float, float]) -> None:
+    """Draw a finger over a page that has touch."""
+    session = page.context.new_cdp_session(page)
+    for step in range(11):
+        point = {"x": start[0] + way[0] * step / 10, "y": start[1] + way[1] * step / 10}
+        kind = "touchMove" if step else "touchStart"
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point]})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
 
 
 def keep(page: Page, name: str) -> None:

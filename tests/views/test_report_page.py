@@ -95,6 +95,26 @@ def test_the_wheel_over_the_scene_scrolls_the_page(page: Page) -> None:
     page.wait_for_function("scrollY > 100")
 
 
+def test_a_finger_over_the_scene_scrolls_the_page_and_after_a_tap_turns_the_scene(browser: Browser, file: Path) -> None:
+    turn = "swarmevoReport[0].player.stages[0].scene.camera.turn"
+    with browsers.watch(browser, 390, 700, has_touch=True) as watched:
+        page = watched.open(file)
+        box = page.locator(".sw-view").bounding_box()
+        assert box is not None
+        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        browsers.swipe(page, middle, (20, -150))
+        page.wait_for_function("scrollY > 60")
+        assert page.evaluate(turn) == 0
+        assert page.locator(".sw-hint").inner_text() == "Tap the scene to turn it and to zoom"
+        browsers.keep(page, "report-touch")
+        page.evaluate("scrollTo(0, 0)")
+        page.touchscreen.tap(*middle)
+        browsers.swipe(page, middle, (80, -100))
+        page.wait_for_function(f"Math.abs({turn}) > 0.1")
+        assert page.evaluate("scrollY") == 0
+        assert watched.errors == []
+
+
 def test_space_plays_what_is_seen_and_else_scrolls(page: Page) -> None:
     playing = "swarmevoReport[0].player.playing"
     page.keyboard.press(" ")

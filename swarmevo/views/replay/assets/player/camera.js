@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From where a scene is seen: from the south, from above, or near a robot; the wheel zooms only where that is wanted.
+// From where a scene is seen: from the south, from above, or near a robot; wheel and finger move it only where that is wanted.
 
 const CAPTURED_SECONDS = 3; // for how long it is said how to zoom
 
@@ -13,15 +13,22 @@ class Camera {
     this._zoom();
   }
 
-  /** Zoom with the wheel after a click into the scene, until a click elsewhere, or with Ctrl; else the page scrolls. */
+  /** Zoom with the wheel, turn with a finger, after a click into the scene, until a click elsewhere; zoom with Ctrl, too.
+   * Else the page scrolls. */
   _zoom() {
     const { holder, viewer } = this;
-    const hint = element("p", "sw-hint", "Click the scene, or hold Ctrl, to zoom with the wheel", holder.parentElement);
+    const hint = element("p", "sw-hint", "", holder.parentElement);
     hint.hidden = true;
+    const tell = (how) => {
+      hint.textContent = how;
+      hint.hidden = false;
+      clearTimeout(this.hinted);
+      this.hinted = setTimeout(() => (hint.hidden = true), 1000 * CAPTURED_SECONDS);
+    };
     const enter = (inside) => {
       this.isEntered = inside;
       viewer.controls.enableZoom = inside;
-      viewer.renderer.domElement.style.touchAction = inside ? "none" : "pan-y";
+      viewer.controls.domElement.style.touchAction = inside ? "none" : "pan-y";
       hint.hidden = true;
     };
     enter(false);
@@ -30,11 +37,15 @@ class Camera {
     holder.addEventListener("click", () => enter(true));
     const wheel = (event) => {
       viewer.controls.enableZoom = this.isEntered || event.ctrlKey;
-      hint.hidden = viewer.controls.enableZoom;
-      clearTimeout(this.hinted);
-      this.hinted = setTimeout(() => (hint.hidden = true), 1000 * CAPTURED_SECONDS);
+      if (viewer.controls.enableZoom) hint.hidden = true;
+      else tell("Click the scene, or hold Ctrl, to zoom with the wheel");
     };
     holder.addEventListener("wheel", wheel, { capture: true, passive: true });
+    // Controls that are on take the finger, whatever touchAction says.
+    const finger = ({ pointerType }) => (viewer.controls.enabled = this.isEntered || pointerType !== "touch");
+    holder.addEventListener("pointerdown", finger, { capture: true });
+    // The browser has taken the finger, to scroll.
+    holder.addEventListener("pointercancel", () => this.isEntered || tell("Tap the scene to turn it and to zoom"));
   }
 
   /** Look at all of an arena, as near as it fits: from above, or from the south. */
