@@ -24,7 +24,7 @@ from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import files, other_world
 from swarmevo.runs.store import Store
 from swarmevo.runs.tests import GENERATION
-from swarmevo.simulation import EpisodeKey
+from swarmevo.simulation import EpisodeKey, layout
 from swarmevo.views import notebook, text
 from swarmevo.views.replay import data as replay_data
 from swarmevo.views.replay import episode as replay_episode
@@ -356,10 +356,13 @@ def _overrides(set: Mapping[str, Any] | None) -> list[str]:
 def _rates(found: Outcome, measures: Measures) -> Iterator[tuple[str, str, float]]:
     """Yield of each rate of success its name, what is said of it, and the rate."""
     if measures.homing:
-        yield "robots at the source", text.rate(found.homing_rate, found.homing_time), found.homing_rate
+        yield (
+            text.homing(layout.homing_emitters(measures.scene)),
+            text.rate(found.homing_rate, found.homing_time),
+            found.homing_rate,
+        )
     if measures.push:
-        name = "box at the wall" if measures.paper else "all at a goal"
-        yield name, text.rate(found.push_rate, found.push_time), found.push_rate
+        yield text.delivery(measures.scene), text.rate(found.push_rate, found.push_time), found.push_rate
     for objective in measures.successes:
         rate = found.success_rates[objective.name]
         yield text.success(objective), text.percent(rate), rate

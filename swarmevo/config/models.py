@@ -306,7 +306,8 @@ class Sensors(Section):
     range_and_bearing_sectors: int = Field(default=4, ge=1, le=32)
     """Sectors of equal width; the first is centred ahead, the others follow to the left."""
     range_and_bearing_message: int = Field(default=0, ge=0, le=16)
-    """Bits that a robot sends in each control step to all in range: as many commands more, set where above 0."""
+    """Bits that a robot sends in each control step to all in range: as many commands more, set where above 0. They want
+    `range_and_bearing` in `robot.sensors`."""
     light_sectors: int = Field(default=8, ge=1, le=32)
     """Sectors of equal width; the first is centred ahead, the others follow to the left. Lights are emitters of the
     channel `light`."""

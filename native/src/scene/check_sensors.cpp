@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether a robot's list of sensors names devices that there are, and whether these can work.
 #include <algorithm>
+#include <cstdint>
 #include <string>
 
 #include "scene/check.hpp"
@@ -47,10 +48,14 @@ void check_touch(Check& check, const swe_sensors_config& s) {
     check.choice("sensors.touch_mode", s.touch_mode, SWE_TOUCH_MODE_FORCE);
 }
 
-void check_range_and_bearing(Check& check, const swe_sensors_config& s) {
+void check_range_and_bearing(Check& check, const swe_robot_config& r, const swe_sensors_config& s) {
     check.range("sensors.range_and_bearing_range", s.range_and_bearing_range, 0.01, 100, "m");
     check.range("sensors.range_and_bearing_sectors", s.range_and_bearing_sectors, 1, SWE_MAX_SECTORS, "sectors");
-    check.range("sensors.range_and_bearing_message", s.range_and_bearing_message, 0, SWE_MAX_MESSAGE, "bits");
+    if (!check.range("sensors.range_and_bearing_message", s.range_and_bearing_message, 0, SWE_MAX_MESSAGE, "bits")) return;
+    const std::int32_t* end = r.sensors + std::min<std::uint32_t>(r.sensor_count, SWE_MAX_DEVICES);
+    if (s.range_and_bearing_message > 0 && std::find(r.sensors, end, SWE_SENSOR_RANGE_AND_BEARING) == end)
+        check.fail("sensors.range_and_bearing_message: expected 0 bits of a robot without range_and_bearing, got " +
+                   number(s.range_and_bearing_message) + ": add range_and_bearing to robot.sensors, or set 0");
 }
 
 void check_light(Check& check, const swe_sensors_config& s) {
@@ -69,7 +74,7 @@ void check_sensors(Check& check, const swe_scene_config& c) {
     check_list(check, c.robot);
     check_infrared(check, c.sensors);
     check_touch(check, c.sensors);
-    check_range_and_bearing(check, c.sensors);
+    check_range_and_bearing(check, c.robot, c.sensors);
     check_ground(check, c.sensors);
     check_light(check, c.sensors);
 }
