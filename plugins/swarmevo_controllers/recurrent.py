@@ -127,6 +127,7 @@ class CTRNN(_HiddenLayer):
         time_constants: The shortest and the longest that a hidden neuron can have [s].
         integration: Over a control period: `exponential`, exact while what a neuron hears stands still, or a step of
             Euler's, which wants no time constant shorter than `episode.control_period`.
+        reach: Weights, biases and genes of time constants lie between minus this and this; 0: they have no bounds.
 
     Raises:
         ValueError: An option is out of its range.
@@ -141,6 +142,7 @@ class CTRNN(_HiddenLayer):
         activation: Activation = "logistic",
         time_constants: tuple[float, float] = (0.1, 10.0),
         integration: Integration = "exponential",
+        reach: float = 5.0,
     ) -> None:
         super().__init__(hidden, bias, activation)
         shortest, longest = time_constants
@@ -150,7 +152,10 @@ class CTRNN(_HiddenLayer):
                 f"{list(time_constants)}"
             )
         check_choice("integration", integration, get_args(Integration))
+        if isinstance(reach, bool) or not 0 <= reach < math.inf:
+            raise ValueError(f"reach: expected a number of at least 0, got {reach!r}")
         self._shortest, self._longest, self._integration = shortest, longest, integration
+        self._bounds = (-float(reach), float(reach)) if reach else None
 
     def _blocks(self, scene: SceneInfo) -> Sequence[Block]:
         if self._integration == "euler" and self._shortest < scene.control_period:
@@ -158,10 +163,11 @@ class CTRNN(_HiddenLayer):
                 f"time_constants: expected none below the control period of {scene.control_period:g} s with "
                 f"integration=euler, got {self._shortest:g}"
             )
-        return [
+        blocks = [
             *super()._blocks(scene),
             Block("time_constant", (self._hidden,), units="hidden", linked="input"),
         ]
+        return [dataclasses.replace(one, bounds=self._bounds) if one.kind == "real" else one for one in blocks]
 
     def policies(self, genomes: FloatArray) -> Recurrent:
         """Return the networks of ``genomes`` ``(n, size)``.

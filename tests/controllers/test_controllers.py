@@ -153,6 +153,8 @@ def test_genomes_of_another_size_are_refused(kind: str) -> None:
         ("jordan", {"hidden": True}, "hidden: expected a whole number from 1 to 1024, got True"),
         ("elman", {"bias": None}, "bias: expected true or false, got None"),
         ("jordan", {"activation": "identity"}, "activation: expected one of tanh, logistic, got 'identity'"),
+        ("ctrnn", {"reach": -1.0}, "reach: expected a number of at least 0, got -1.0"),
+        ("ctrnn", {"reach": math.nan}, "reach: expected a number of at least 0, got nan"),
         ("ctrnn", {"integration": "rk4"}, "integration: expected one of exponential, euler, got 'rk4'"),
         *(
             ("ctrnn", {"time_constants": given}, f"time_constants: expected two numbers of seconds above 0, {rest}")
@@ -405,3 +407,16 @@ def test_an_impossible_step_of_eulers_is_refused_before_a_run() -> None:
     (line,) = plugins.option_errors(settings)
     assert line.startswith("controller.ctrnn")
     assert "time_constants: expected none below the control period of 0.1 s" in line
+
+
+def test_optimisers_are_told_the_bounds_of_a_ctrnn() -> None:
+    space = CTRNN(hidden=2, reach=3.0).space(SCENE)
+    assert [block.bounds for block in space.blocks] == [
+        None if b.kind == "switch" else (-3.0, 3.0) for b in space.blocks
+    ]
+    assert space.blocks[-1].name == "time_constant"
+    for unbounded in (CTRNN(reach=0), Elman(), Jordan()):
+        assert np.isinf(unbounded.space(SCENE).bounds).all()
+    optimiser = plugins.create("optimiser", "pde", {}, space, 20, 2, np.random.default_rng(1))
+    genes = optimiser.ask()[:, ~space.is_switch]
+    assert 2.5 < np.abs(genes).max() <= 3
