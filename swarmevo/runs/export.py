@@ -19,7 +19,7 @@ from swarmevo.plugins.team import Team
 from swarmevo.printable import printable
 from swarmevo.protocols import Descriptor, FloatArray, Objective
 from swarmevo.runs import webots
-from swarmevo.runs.networks import Network, as_c, literal, plain, template
+from swarmevo.runs.networks import Network, RecurrentNetwork, as_c, literal, plain, template
 from swarmevo.runs.networks import networks as native_networks
 from swarmevo.runs.store import Store
 from swarmevo.runs.webots.tables import Infrared
@@ -267,6 +267,12 @@ def _written(store: Store, genome: int) -> list[Network]:
         )
     if not config.robot.sensors:
         raise ExportError("robot.sensors: expected one at least to write as C, got none; write the controller as JSON")
+    period = 1000 * config.episode.control_period
+    if isinstance(found[0], RecurrentNetwork) and abs(period - round(period)) > 1e-6:
+        raise ExportError(
+            f"episode.control_period: expected whole milliseconds to write a controller with a memory as C, got "
+            f"{period:g} ms, which would be {round(period)} ms there; write the controller as JSON"
+        )
     return found
 
 

@@ -6,15 +6,18 @@ Genes of another order of sensors, or of another activation, are as many: their 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from typing import Any
+
+import numpy as np
 
 from swarmevo.config import Config, scene_info
 from swarmevo.errors import ConfigError, SwarmevoError
 from swarmevo.plugins import default_options
 from swarmevo.plugins.team import Team
-from swarmevo.protocols import GenomeSpace
+from swarmevo.protocols import GenomeSpace, Recurrent
 
 
 def check_exported(where: str, exported: Mapping[str, Any], config: Config, space: GenomeSpace) -> None:
@@ -43,6 +46,10 @@ def check_exported(where: str, exported: Mapping[str, Any], config: Config, spac
         ]:
             raise ConfigError(f"{where}: controller: expected {{name: {{option: value}}}}, got something else")
         _check_controller(where, controller, config, space)
+    scales = exported.get("scales")
+    period = scales.get("control_period") if isinstance(scales, Mapping) else None
+    if isinstance(period, float):
+        check_period(where, period, config)
 
 
 def check_run(where: str, run: Config, config: Config, space: GenomeSpace) -> None:
@@ -51,6 +58,33 @@ def check_run(where: str, run: Config, config: Config, space: GenomeSpace) -> No
     _check_names(where, "observations", theirs.observation_names, ours.observation_names)
     _check_names(where, "commands", theirs.command_names, ours.command_names)
     _check_controller(where, run.controller, config, space)
+    check_period(where, run.episode.control_period, config)
+
+
+def check_period(where: str, evolved: float, config: Config) -> None:
+    """Refuse a controller that remembers its last control step where steps are of another length: it is another there.
+
+    Args:
+        where: It is from, for the message.
+        evolved: The control period that it evolved with [s].
+        config: In which it is to act.
+
+    Raises:
+        ConfigError: One line names both periods.
+    """
+    here = config.episode.control_period
+    if not math.isclose(evolved, here) and _remembers_a_step(config):
+        raise ConfigError(
+            f"{where}: expected an episode.control_period of {evolved:g} s, with which the controller "
+            f"{next(iter(config.controller))} was evolved, that remembers its last control step, got {here:g} s; set "
+            "it to that, or evolve anew, say a ctrnn, whose time constants are in seconds"
+        )
+
+
+def _remembers_a_step(config: Config) -> bool:
+    team = Team(config)
+    policies = team.policies(np.clip(np.zeros(team.space.size), *team.space.bounds))
+    return isinstance(policies, Recurrent) and policies.recurrence != "ctrnn"
 
 
 def _check_names(where: str, what: str, theirs: Sequence[str], ours: Sequence[str]) -> None:

@@ -125,7 +125,10 @@ class RecurrentNetwork(FeedForwardNetwork):
     def description(self) -> str:
         """See :class:`Network`."""
         name = {"elman": "An Elman network", "jordan": "A Jordan network", "ctrnn": "A CTRNN"}[self.recurrence]
-        return f"{name}: {len(self.hidden_bias)} hidden units, {self.activation}."
+        memory = (
+            "Its memory is of the control period that it evolved with, SWARMEVO_CONTROL_PERIOD_MS: call it as often."
+        )
+        return f"{name}: {len(self.hidden_bias)} hidden units, {self.activation}. {memory}"
 
     @property
     def template(self) -> str:

@@ -11,6 +11,7 @@ from swarmevo.config import WORLD, Config, Worlds
 from swarmevo.errors import ConfigError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.protocols import FloatArray
+from swarmevo.runs import made_for
 from swarmevo.runs.store import Store
 from swarmevo.simulation import EpisodeKey
 
@@ -59,6 +60,7 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
     with Evaluator(store.config, workers=1) as run, Evaluator(other, workers=1) as here:
         if run.space != here.space:
             raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")
+    made_for.check_period(f"--set {' '.join(overrides)}", settings.episode.control_period, other)
     return other
 
 

@@ -20,13 +20,13 @@ import pytest
 import seals
 import toy_plugins
 from conftest import installer
-from swarmevo import cli, simulation
+from swarmevo import cli, plugins, simulation
 from swarmevo import config as configuration
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, ExportError, StoreError
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import FloatArray, NativePolicies, Objective, SceneInfo
-from swarmevo.runs import export
+from swarmevo.runs import export, made_for, other_world
 from swarmevo.runs.driver import begin, evolve
 from swarmevo.runs.store import Store
 from swarmevo.simulation._ffi import load
@@ -223,8 +223,6 @@ def network_run(folder: Path, controller: dict[str, Any], **sections: Any) -> Pa
 
 
 def policies_of(folder: Path, genome: int) -> tuple[NativePolicies, Config]:
-    from swarmevo import plugins
-
     settings = configuration.load(folder / "config.yaml")
     ((name, options),) = settings.controller.items()
     made = plugins.create("controller", name, options)
@@ -316,6 +314,38 @@ def test_a_network_as_json_has_no_unit_that_is_off(tmp_path: Path, options: dict
     assert len(network.get("rates", [])) == (on if "ctrnn" in options else 0)
     if "elman" in options or "ctrnn" in options:
         assert [len(row) for row in network["context_hidden"]] == [on] * on
+
+
+@pytest.mark.parametrize("kind", ["feedforward", "elman", "jordan", "ctrnn"])
+def test_a_memory_of_a_control_step_is_of_its_length(tmp_path: Path, kind: str) -> None:
+    folder, slower = network_run(tmp_path / "run", {kind: {"hidden": 2}}), ["episode.control_period=0.05"]
+    with Store.open(folder) as store:
+        team, exported = Team(store.config), json.loads(json.dumps(export.controller(store, 1)))
+        assert ("call it as often" in export.source(store, 1, "epuck")) is (kind != "feedforward")
+        other = configuration.changed(store.config, slower, plugins.option_errors)
+        deeds = [
+            lambda: other_world.load(store, slower),
+            lambda: made_for.check_run("run", store.config, other, team.space),
+            lambda: made_for.check_exported("file", exported, other, team.space),
+        ]
+        for deed in deeds:
+            if kind in ("elman", "jordan"):
+                with pytest.raises(ConfigError, match=f"of 0.1 s, with which the controller {kind} was .*got 0.05 s;"):
+                    deed()
+            else:
+                deed()
+
+
+def test_a_memory_is_not_written_as_c_of_another_period(tmp_path: Path) -> None:
+    world = {"episode": {"control_period": 0.0125, "horizon": 0.5}, "physics": {"time_step": 0.0125}}
+    for kind in ("elman", "ctrnn", "feedforward"):
+        folder = network_run(tmp_path / kind, {kind: {"hidden": 2}}, **world)
+        with Store.open(folder) as store:
+            if kind == "feedforward":
+                assert "CONTROL_PERIOD_MS 12 " in export.source(store, 1, "epuck")
+                continue
+            with pytest.raises(ExportError, match=r"memory as C, got 12.5 ms, which would be 12 ms there; write"):
+                export.source(store, 1, "epuck")
 
 
 OBSERVED_MAIN = r"""
