@@ -68,9 +68,9 @@ test-native: build/system-test
 	cmake --build build/native --target native_tests
 	build/native/native_tests
 
-# The slowest files go first. Browsers and disks are waited for, hence more processes than cores.
+# The slowest files go first.
 test-python: $(call needs,test)
-	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses $$(($$(nproc) * 3 / 2)) \
+	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses logical \
 	    --dist loadfile --no-loadscope-reorder repository views rivals cli .
 
 # Every verb, the configuration, the interface in Python; old libraries warn of what is new since.

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
+PATIENCE = 120e3
+"""For how long a page may take [ms]: where other work has the cores, more than half a minute."""
 # As root Chromium has no sandbox; without a GPU it draws WebGL by SwiftShader.
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
@@ -68,6 +70,7 @@ def watch(
         has_touch=has_touch,
         is_mobile=has_touch,
     )
+    context.set_default_timeout(PATIENCE)
     try:
         yield Watched(context.new_page())
     finally:

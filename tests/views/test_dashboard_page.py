@@ -16,7 +16,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page
 
 import small_runs
-from browser import chromium, keep
+from browser import PATIENCE, chromium, keep
 from dashboards import serving
 from swarmevo.runs.store import Store
 from swarmevo.views.dashboard import server
@@ -38,6 +38,7 @@ class Seen:
         self.home = f"http://127.0.0.1:{port}/"
         size = {"width": width, "height": 900}
         self.context = browser.new_context(viewport=size, reduced_motion="reduce", bypass_csp=bypass_csp)
+        self.context.set_default_timeout(PATIENCE)
         self.page = self.context.new_page()
         self.errors: list[str] = []
         self.foreign: list[str] = []

@@ -697,6 +697,7 @@ def test_a_page_is_served_however_slowly_it_is_taken(monkeypatch: pytest.MonkeyP
 
 def test_the_live_page_plays_what_is_simulated(browser: Browser, live: str) -> None:
     context = browser.new_context(viewport={"width": 600, "height": 400})
+    context.set_default_timeout(browsers.PATIENCE)
     page = context.new_page()
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))

@@ -117,7 +117,7 @@ def test_the_wheel_zooms_after_a_click_or_with_ctrl_alone(page: Page) -> None:
         return bool(abs(page.evaluate(DISTANCE) / before - 1) > 0.01)
 
     assert not turned()
-    assert page.locator(".sw-hint").is_visible()
+    assert page.locator(".sw-hint").text_content() == "Click the scene, or hold Ctrl, to zoom with the wheel"
     page.keyboard.down("Control")
     assert turned()
     page.keyboard.up("Control")
@@ -270,6 +270,7 @@ def test_a_link_leads_to_the_moment(page: Page, browser: Browser, file: Path) ->
 
 def test_who_wants_no_motion_has_none_unasked(browser: Browser, file: Path) -> None:
     context = browser.new_context(viewport={"width": 400, "height": 300}, reduced_motion="reduce", offline=True)
+    context.set_default_timeout(browsers.PATIENCE)
     page = context.new_page()
     page.goto(file.as_uri())
     assert not is_playing(page)

@@ -105,7 +105,7 @@ def test_a_finger_over_the_scene_scrolls_the_page_and_after_a_tap_turns_the_scen
         browsers.swipe(page, middle, (20, -150))
         page.wait_for_function("scrollY > 60")
         assert page.evaluate(turn) == 0
-        assert page.locator(".sw-hint").inner_text() == "Tap the scene to turn it and to zoom"
+        assert page.locator(".sw-hint").text_content() == "Tap the scene to turn it and to zoom"
         browsers.keep(page, "report-touch")
         page.evaluate("scrollTo(0, 0)")
         page.touchscreen.tap(*middle)
