@@ -290,7 +290,10 @@ def test_a_source_sends_the_numbers_of_its_emitters(tmp_path: Path, mock: Path) 
 @pytest.mark.parametrize(
     ("sections", "message"),
     [
-        ({"robot": {"sensors": ["touch", "movable_motion"]}}, "robot.sensors: expected none but .* got movable_motion"),
+        (
+            {"robot": {"sensors": ["touch", "movable_motion"]}},
+            "expected devices that Webots has, .* got movable_motion; ",
+        ),
         ({"sensors": {"touch_mode": "graded"}}, "sensors.touch_mode: expected binary for Webots"),
         (
             {"box": {"size": [0.2, 0.1, 0.08], "mass": 0.5}},

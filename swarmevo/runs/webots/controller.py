@@ -38,8 +38,8 @@ _HEARING: Final = {"signals": "hear_signals", "light": "hear_light", "range_and_
 def errors(config: Config) -> list[str]:
     """Return what Webots cannot sense, one line each."""
     found = [
-        f"robot.sensors: expected none but {', '.join(_PARTS)} for Webots, got {device}; write the controller as JSON, "
-        "or with --as epuck as C that is given observations"
+        f"robot.sensors: expected devices that Webots has, {', '.join(_PARTS)}, got {device}; write the controller as "
+        "JSON, or with --as epuck as C that is given observations"
         for device in config.robot.sensors
         if device not in _PARTS
     ]
