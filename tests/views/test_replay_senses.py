@@ -55,7 +55,9 @@ TIMES = (0.0, 2.5, 5.9)
 
 
 def filmed(*devices: str) -> Recording:
-    settings = Config.model_validate({**WORLD, "robot": {"sensors": devices}})
+    bits = BITS if "range_and_bearing" in devices else 0
+    sensors = {**WORLD["sensors"], "range_and_bearing_message": bits}
+    settings = Config.model_validate({**WORLD, "robot": {"sensors": devices}, "sensors": sensors})
     genes = np.random.default_rng(3).normal(0, 1.2, Team(settings).space.size)
     return record(settings, genes, [EpisodeKey(1, 0, 0, 0)])
 
@@ -94,7 +96,9 @@ def seek(page: Page, t: float) -> int:
 
 @pytest.mark.parametrize("devices", [(), ("ground",), get_args(Device), ("light", "touch", "range_and_bearing")])
 def test_each_device_finds_its_readings(devices: tuple[str, ...]) -> None:
-    settings = Config.model_validate({**WORLD, "robot": {"sensors": devices}})
+    bits = BITS if "range_and_bearing" in devices else 0
+    sensors = {**WORLD["sensors"], "range_and_bearing_message": bits}
+    settings = Config.model_validate({**WORLD, "robot": {"sensors": devices}, "sensors": sensors})
     names = scene_info(settings).observation_names
     *found, message = [*senses(settings), None]
     if "range_and_bearing" in devices:
@@ -125,6 +129,7 @@ def test_a_row_has_the_robots_devices_and_no_others(page: Page) -> None:
 
 def test_a_blind_robot_has_only_its_number(browser: Browser, tmp_path: Path) -> None:
     empty = {"scene": {"movables": [], "emitters": []}, "robot": {"sensors": []}, "episode": {"horizon": 0.5}}
+    empty["sensors"] = {"ground_position": [(0, 0)]}
     settings = Config.model_validate({**WORLD, **empty})
     film = record(settings, np.zeros(Team(settings).space.size), [EpisodeKey(1, 0, 0, 0)])
     with opened(browser, film, tmp_path) as page:

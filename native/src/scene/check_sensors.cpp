@@ -51,7 +51,8 @@ void check_touch(Check& check, const swe_sensors_config& s) {
 void check_range_and_bearing(Check& check, const swe_robot_config& r, const swe_sensors_config& s) {
     check.range("sensors.range_and_bearing_range", s.range_and_bearing_range, 0.01, 100, "m");
     check.range("sensors.range_and_bearing_sectors", s.range_and_bearing_sectors, 1, SWE_MAX_SECTORS, "sectors");
-    if (!check.range("sensors.range_and_bearing_message", s.range_and_bearing_message, 0, SWE_MAX_MESSAGE, "bits")) return;
+    if (!check.range("sensors.range_and_bearing_message", s.range_and_bearing_message, 0, SWE_MAX_MESSAGE, "bits"))
+        return;
     const std::int32_t* end = r.sensors + std::min<std::uint32_t>(r.sensor_count, SWE_MAX_DEVICES);
     if (s.range_and_bearing_message > 0 && std::find(r.sensors, end, SWE_SENSOR_RANGE_AND_BEARING) == end)
         check.fail("sensors.range_and_bearing_message: expected 0 bits of a robot without range_and_bearing, got " +
