@@ -142,6 +142,15 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
     }
 
 
+def test_the_tutorials_fitness_evolves(distribution: Distribution, evolve: Callable[..., None]) -> None:
+    page = DOCS / "write-a-fitness.md"
+    install_example(page, distribution)
+    (chosen,) = blocks(page, "yaml")
+    Path("together.yaml").write_text(chosen)
+    (command,) = [command for command in commands(page) if command.startswith("swarmevo evolve")]
+    evolve(*shlex.split(command)[2:])
+
+
 @pytest.mark.parametrize("number", [0, 1])
 def test_the_examples_of_rivals_evolve(evolve: Callable[..., None], number: int) -> None:
     Path("chosen.yaml").write_text(blocks(DOCS / "rivals.md", "yaml")[number])
