@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from swarmevo.config import Config, Surroundings, surroundings
+from swarmevo.config import Config, surroundings
 from swarmevo.protocols import Objective
 from swarmevo.simulation import layout
 
@@ -31,8 +31,6 @@ class Measures:
     """The scene is of the kind of the paper's: one box, one wall, one emitter."""
     successes: tuple[Objective, ...]
     """Those that say from which value on an episode is a success."""
-    scene: Surroundings
-    """What there is, which says how the rates are called."""
 
     @property
     def rates(self) -> list[str]:
@@ -56,5 +54,4 @@ def measures_of(settings: Config, objectives: Sequence[Objective]) -> Measures:
         one_box=one_box,
         paper=push and one_box and len(goals) == 1 and goals[0].wall is not None and len(emitters) == 1,
         successes=tuple(one for one in objectives if one.success is not None),
-        scene=scene,
     )

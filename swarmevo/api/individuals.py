@@ -18,7 +18,7 @@ from swarmevo.analysis.measures import Measures, measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.analysis.statistics import wilson
 from swarmevo.analysis.table_ii import Outcome, outcome
-from swarmevo.config import Config
+from swarmevo.config import Config, Surroundings, surroundings
 from swarmevo.errors import InvalidArgument, SwarmevoError
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs import files, other_world
@@ -156,7 +156,7 @@ class Controller:
         keys = self._keys(episodes, seed)
         evolution = config.evolution.model_copy(update={"seed": keys[0].seed})
         settings = config.model_copy(update={"evolution": evolution})
-        return Rates(*assessment.assess_one(settings, genes, episodes, self.trial), confidence)
+        return Rates(*assessment.assess_one(settings, genes, episodes, self.trial), confidence, surroundings(settings))
 
     def replay(
         self, *, seed: int | None = None, robots: int | None = None, set: Mapping[str, Any] | None = None
@@ -268,7 +268,7 @@ class Episodes(Recording):
             text.words(o.name): text.number(value)
             for o, value in zip(self.objectives, self.values.mean(axis=0), strict=True)
         }
-        rates = _rates(found, measures_of(self.config, self.objectives))
+        rates = _rates(found, measures_of(self.config, self.objectives), surroundings(self.config))
         title = f"{text.count(len(self), 'episode')} of one individual"
         return notebook.facts(title, {**means, **{name: said for name, said, _ in rates}})
 
@@ -282,6 +282,8 @@ class Rates:
     measures: Measures
     """Which of them say something of the task."""
     confidence: float
+    scene: Surroundings
+    """What there is, which says how the rates are called."""
 
     @property
     def push(self) -> tuple[float, float]:
@@ -303,7 +305,7 @@ class Rates:
 
     def _facts(self) -> dict[str, str]:
         facts = {}
-        for name, said, rate in _rates(self.outcome, self.measures):
+        for name, said, rate in _rates(self.outcome, self.measures, self.scene):
             low, high = self._interval(rate)
             facts[name] = f"{said} ({self.confidence:.0%} interval {low:.1%} to {high:.1%})"
         means = {text.words(name): text.mean(*one) for name, one in self.outcome.objectives.items()}
@@ -353,16 +355,16 @@ def _overrides(set: Mapping[str, Any] | None) -> list[str]:
     return configuration.as_overrides(set or {})
 
 
-def _rates(found: Outcome, measures: Measures) -> Iterator[tuple[str, str, float]]:
+def _rates(found: Outcome, measures: Measures, scene: Surroundings) -> Iterator[tuple[str, str, float]]:
     """Yield of each rate of success its name, what is said of it, and the rate."""
     if measures.homing:
         yield (
-            text.homing(layout.homing_emitters(measures.scene)),
+            text.homing(layout.homing_emitters(scene)),
             text.rate(found.homing_rate, found.homing_time),
             found.homing_rate,
         )
     if measures.push:
-        yield text.delivery(measures.scene), text.rate(found.push_rate, found.push_time), found.push_rate
+        yield text.delivery(scene), text.rate(found.push_rate, found.push_time), found.push_rate
     for objective in measures.successes:
         rate = found.success_rates[objective.name]
         yield text.success(objective), text.percent(rate), rate

@@ -8,15 +8,13 @@ import pytest
 
 from swarmevo.analysis.measures import Measures
 from swarmevo.analysis.sequential import CHUNK, Until, decide, looks, settled, successes
-from swarmevo.config import Surroundings
 from swarmevo.errors import InvalidArgument
 from swarmevo.evolution.results import Results
 from swarmevo.protocols import Objective
 
 ERROR = Objective("error", "minimise", (0.0, 2.0), success=0.5)
 OBJECTIVES = Objective("gain", "maximise", (0.0, 1.0), success=0.75), ERROR
-SCENE = Surroundings()
-NOTHING = Measures(homing=False, push=False, one_box=False, paper=False, successes=(), scene=SCENE)
+NOTHING = Measures(homing=False, push=False, one_box=False, paper=False, successes=())
 
 
 def done(homing_time: object, push_time: object, objective: object) -> Results:
@@ -59,9 +57,9 @@ def test_each_rate_by_hand() -> None:
 @pytest.mark.parametrize(
     ("measures", "first"),
     [
-        (Measures(homing=True, push=True, one_box=True, paper=True, successes=OBJECTIVES, scene=SCENE), "push"),
-        (Measures(homing=True, push=False, one_box=False, paper=False, successes=OBJECTIVES, scene=SCENE), "gain"),
-        (Measures(homing=True, push=False, one_box=False, paper=False, successes=(), scene=SCENE), "homing"),
+        (Measures(homing=True, push=True, one_box=True, paper=True, successes=OBJECTIVES), "push"),
+        (Measures(homing=True, push=False, one_box=False, paper=False, successes=OBJECTIVES), "gain"),
+        (Measures(homing=True, push=False, one_box=False, paper=False, successes=()), "homing"),
     ],
 )
 def test_the_rate_is_the_tasks_first_if_nobody_says_which(measures: Measures, first: str) -> None:
