@@ -11,9 +11,9 @@ from typing import Any
 from swarmevo import config as configuration
 from swarmevo.errors import ConfigError
 from swarmevo.plugins.team import never
+from swarmevo.sweeps import extension, planning, runner
 from swarmevo.sweeps import folder as folders
 from swarmevo.sweeps import grid as grids
-from swarmevo.sweeps import planning, runner
 from swarmevo.sweeps.folder import Sweep
 from swarmevo.sweeps.outcome import Findings
 from swarmevo.sweeps.runner import Progress
@@ -38,8 +38,8 @@ def sweep(
         config: A YAML file, or the name of a packaged configuration; None is ``quick``.
         grid: ``{"section.key": values}``; of several keys, all combinations.
         seeds: Of the runs with each setting.
-        out: The sweep's folder. If it is that of this very sweep, go on with it; it must not be anything else. None: a
-            new one in ``runs``.
+        out: The sweep's folder. If it is that of this sweep, perhaps with fewer values or seeds, go on with it and
+            leave what is complete; it must not be anything else. None: a new one in ``runs``.
         set: ``{"section.key": value}``, of all settings.
         workers: Episodes to run at once; with a scheduler, runs at once. 0 is one for each processor. The results do
             not depend on it.
@@ -64,9 +64,9 @@ def sweep(
     overrides = configuration.as_overrides(set or {})
     settings = planning.settings(source, overrides, grids.of_values(grid), numbers)
     place = Path(out) if out is not None else None
-    begun = folders.begun(place, settings, numbers)
-    if begun is None:
-        settings = planning.rehearsed(settings, numbers[0], stop)
-        begun = Sweep(place or folders.fresh(Path(source or "quick").stem), settings, numbers)
-        begun.create()
-    return runner.run(begun, workers, observe, stop, scheduler, log)
+    there = folders.begun(place)
+    settings, numbers = extension.extended(there, settings, numbers)
+    settings = planning.rehearsed(settings, numbers[0], stop, there.settings if there else [])
+    whole = Sweep(place or folders.fresh(Path(source or "quick").stem), settings, numbers)
+    whole.create(there)
+    return runner.run(whole, workers, observe, stop, scheduler, log)

@@ -72,7 +72,8 @@ def sweep(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Make the sweep in this folder, or go on with it if it is there; default: a new one in runs.",
+            help="Make the sweep in this folder, or go on with the one there, perhaps with more seeds or values; "
+            "default: a new one in runs.",
             show_default=False,
         ),
     ] = None,
@@ -88,9 +89,9 @@ def sweep(
     table, swarmevo compare DIR tests whether settings differ.
     """
     from swarmevo.plugins import trackers
+    from swarmevo.sweeps import extension, planning
     from swarmevo.sweeps import folder as folders
     from swarmevo.sweeps import grid as grids
-    from swarmevo.sweeps import planning
     from swarmevo.sweeps.folder import Sweep
 
     count = worker_count(workers)
@@ -99,20 +100,22 @@ def sweep(
     trackers.check(log or [])
     numbers, name = grids.parse_seeds(seeds), Path(config or "quick").stem
     found = planning.settings(config, settings or [], grids.parse(grid or []), numbers)
-    begun = folders.begun(out, found, numbers)
-    if begun is None or dry_run:
-        if scheduler:
-            check_scheduler(scheduler)
-        with interruptible("nothing was written") as stop:
-            found = planning.rehearsed(found, numbers[0], stop)
-        if dry_run:
-            from swarmevo.views.console.sweeps import show_sweep_forecast
+    there = folders.begun(out)
+    found, numbers = extension.extended(there, found, numbers)
+    tried = there.settings if there else []
+    is_more = there is None or (len(found), len(numbers)) != (len(tried), len(there.seeds))
+    if scheduler and is_more:
+        check_scheduler(scheduler)
+    with interruptible("nothing was written") as stop:
+        found = planning.rehearsed(found, numbers[0], stop, tried)
+    if dry_run:
+        from swarmevo.views.console.sweeps import show_sweep_forecast
 
-            show_sweep_forecast(planning.forecast(found, numbers, count))
-            return
-        begun = Sweep(out or folders.fresh(name), found, numbers)
-        begun.create()
-    go_on(begun, count, scheduler, log or [], as_json)
+        show_sweep_forecast(planning.forecast(found, numbers, count))
+        return
+    whole = Sweep(out or folders.fresh(name), found, numbers)
+    whole.create(there)
+    go_on(whole, count, scheduler, log or [], as_json)
 
 
 def go_on(

@@ -103,17 +103,25 @@ class Sweep:
         first, *others = (one.config for one in self.settings)
         return all(getattr(one, part) == getattr(first, part) for one in others for part in _TASK)
 
-    def create(self) -> None:
-        """Make the folder.
+    def create(self, there: Sweep | None = None) -> None:
+        """Make the folder; or make this sweep of one that is there already, whose runs stay as they are.
+
+        Args:
+            there: As it was found.
 
         Raises:
-            ConfigError: It is there already, and of something else.
+            ConfigError: There is something else.
             OutputError: It cannot be written.
-            StoreError: Somebody else makes or runs it.
+            StoreError: Somebody else makes, extends or runs the sweep.
         """
+        wanted, before = self._text(), there and there._text()
+        if wanted == before:
+            return
         with files.folder_made(self.folder), self.locked():
-            if begun(self.folder, self.settings, self.seeds) is None:
-                files.write(self.folder / FILE, self._manifest().model_dump_json(indent=2) + "\n")
+            now = begun(self.folder)
+            if (now and now._text()) != before:
+                raise StoreError(f"{self.folder}: somebody else has just made or extended it; give the command again")
+            files.write(self.folder / FILE, wanted)
 
     @classmethod
     def open(cls, folder: Path) -> Sweep:
@@ -149,31 +157,14 @@ class Sweep:
         finally:
             lock.release()
 
-    def _manifest(self) -> _Manifest:
+    def _text(self) -> str:
+        """Return what is in the file."""
         settings = [_Setting(name=one.name, values=dict(one.values), config=one.config) for one in self.settings]
-        return _Manifest(grid=self.grid, seeds=self.seeds, settings=settings)
-
-    def require_same(self, there: Sweep) -> None:
-        """Refuse to go on with a sweep of something else.
-
-        Raises:
-            ConfigError: It is one, and what differs.
-        """
-        found = ""
-        for what, here, before in (("grid", self.grid, there.grid), ("seeds", self.seeds, there.seeds)):
-            if here != before and not found:
-                found = f"another {what}: {_shown(before)}, not {_shown(here)}"
-        for one, other in zip(self.settings, there.settings, strict=False):
-            if not found and (key := _difference(one.config, other.config)):
-                found = f"another configuration, which differs in {key}"
-        if found:
-            raise ConfigError(
-                f"{there.folder}: exists already, with {found}; give what it was begun with, or choose another name"
-            )
+        return _Manifest(grid=self.grid, seeds=self.seeds, settings=settings).model_dump_json(indent=2) + "\n"
 
 
-def begun(folder: Path | None, settings: Sequence[Setting], seeds: Sequence[int]) -> Sweep | None:
-    """Return the sweep of these settings and seeds that was begun in a folder; None: nothing was.
+def begun(folder: Path | None) -> Sweep | None:
+    """Return the sweep that was begun in a folder; None: nothing was.
 
     Raises:
         ConfigError: There is something else.
@@ -182,9 +173,7 @@ def begun(folder: Path | None, settings: Sequence[Setting], seeds: Sequence[int]
     if folder is None or not os.path.lexists(folder):
         return None
     if is_sweep(folder):
-        there = Sweep.open(folder)
-        Sweep(folder, settings, seeds).require_same(there)
-        return there
+        return Sweep.open(folder)
     if not os.path.isdir(folder) or not all(_LEFT.match(name) for name in os.listdir(folder)):
         raise ConfigError(f"--out {folder}: exists already and is no sweep; choose another name")
     return None
@@ -224,21 +213,3 @@ def runs_of(folder: Path) -> list[Path]:
         return [folder]
     within = sorted(folder.glob(f"*/{DATABASE_FILE}"), key=lambda file: (len(file.parent.name), file.parent.name))
     return [file.parent for file in within if not file.parent.name.startswith(".")] or [folder]
-
-
-def _shown(value: dict[str, list[str]] | list[int]) -> str:
-    if isinstance(value, dict):
-        return " ".join(f"{key}={','.join(labels)}" for key, labels in value.items()) or "none"
-    return ",".join(map(str, value))
-
-
-def _difference(one: Config, other: Config) -> str:
-    """Return a key in which two configurations differ; "": they are the same, as far as was known at the beginning."""
-    here, there = one.model_dump(mode="json"), other.model_dump(mode="json")
-    if here["evolution"]["start_sha256"] is None:  # found when a sweep begins
-        there["evolution"]["start_sha256"] = None
-    for section, value in here.items():
-        if value != there[section]:
-            keys = [key for key in value if value[key] != there[section].get(key)] if isinstance(value, dict) else []
-            return ".".join([section, *keys[:1]])
-    return ""

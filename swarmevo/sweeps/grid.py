@@ -7,7 +7,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -154,7 +154,7 @@ def settings(
     short = short_names(list(grid))
     found: list[Setting] = []
     wrong: dict[str, list[str]] = {}  # a line, and in which settings
-    names = _Names()
+    names = Names()
     for values in itertools.product(*grid.values()):
         labels = {key: value.label for key, value in zip(grid, values, strict=True)}
         called = ", ".join(f"{short[key]}={label}" for key, label in labels.items())
@@ -196,13 +196,14 @@ def short_names(keys: Sequence[str]) -> dict[str, str]:
     return {key: name if last.count(name) == 1 else key for key, name in zip(keys, last, strict=True)}
 
 
-class _Names:
+class Names:
     """Makes names of folders, each once, that no shell and no ``RUN:ID`` takes for something else."""
 
-    def __init__(self) -> None:
-        self._taken: set[str] = set()
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = {name.lower() for name in taken}
 
     def of(self, text: str) -> str:
+        """Return a name that was not taken, much like a text."""
         plain = re.sub(r"[^A-Za-z0-9.+=,-]+", "_", text)
         plain = re.sub(r"(?<=[=,])_+|_+(?=,|$)", "", plain)[:_LONGEST_NAME].strip(".")
         numbered = (f"{plain}-{number}" for number in itertools.count(2))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,14 +55,23 @@ def settings(
     return grids.settings(grid, seeds, load, Path(source or "quick").stem)
 
 
-def rehearsed(found: Sequence[Setting], seed: int, stop: Callable[[], bool] = never) -> list[Setting]:
+def rehearsed(
+    found: Sequence[Setting], seed: int, stop: Callable[[], bool] = never, tried: Collection[Setting] = ()
+) -> list[Setting]:
     """Try each setting once, as a run does before it begins; return them with what they begin from made sure of.
+
+    Args:
+        found: All settings.
+        seed: To try them with.
+        stop: Asked now and then.
+        tried: Those that are returned as they are.
 
     Raises:
         ConfigError, EvaluationError, PluginError, SimulatorError: A setting cannot be run.
         Interrupted: ``stop`` said so.
     """
-    return [_rehearsed(setting, seed, stop) for setting in found]
+    done = {setting.name for setting in tried}
+    return [setting if setting.name in done else _rehearsed(setting, seed, stop) for setting in found]
 
 
 def _rehearsed(setting: Setting, seed: int, stop: Callable[[], bool]) -> Setting:

@@ -19,10 +19,13 @@ from cli.conftest import SMALL, Swarmevo, files
 from conftest import Distribution
 from swarmevo import config as configuration
 from swarmevo.cli.compare import _groups as groups
+from swarmevo.errors import StoreError
 from swarmevo.runs.store import Store
 from swarmevo.sweeps import board as boards
 from swarmevo.sweeps import cell as cells
+from swarmevo.sweeps.extension import extended
 from swarmevo.sweeps.folder import Sweep
+from swarmevo.sweeps.grid import Names, Setting
 
 GRID = ("--grid", "optimiser.pde.mutation_rate=0.01,0.5", "evolution.population=4,6", "--seeds", "1,3")
 FOLDERS = [f"mutation_rate={rate},population={size}" for rate in ("0.01", "0.5") for size in (4, 6)]
@@ -133,10 +136,10 @@ LENGTH = "evolution.generations=12", "evolution.trials=1"
 LONGER = ("--grid", "optimiser.pde.mutation_rate=0.01,0.5", "--seeds", "1-2", "--set", *LENGTH)
 
 
-def wait_for_generations(process: subprocess.Popen[str], folder: Path) -> None:
+def wait_for_generations(process: subprocess.Popen[str], folder: Path, runs: str = "*/seed-*") -> None:
     """Wait until a run has stored a generation, and see that the sweep still goes on."""
     while process.poll() is None:
-        for file in folder.glob("*/seed-*/run.sqlite"):
+        for file in folder.glob(f"{runs}/run.sqlite"):
             with Store.open(file.parent) as store:
                 if store.totals().generations:
                     return
@@ -254,6 +257,64 @@ def test_one_sweep_is_not_run_twice_at_once(swept: Path, swarmevo_: Swarmevo) ->
     assert "is writing it" in done.errors[0]
 
 
+# ---- what is added ---------------------------------------------------------------------------------------------------
+
+
+def contents(folder: Path) -> dict[Path, tuple[bytes, int]]:
+    """Return the bytes of a run's files, and when they were written."""
+    return {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in folder.iterdir()}
+
+
+def test_an_extension_killed_and_gone_on_with_leaves_what_is_complete(tmp_path: Path, swarmevo_: Swarmevo) -> None:
+    Path("small.yaml").write_text(SMALL)
+    sizes, chosen = "evolution.population=", ("--set", *LENGTH)
+    assert swarmevo_("sweep", "small.yaml", "--grid", f"{sizes}5", "--seeds", 2, *chosen, "--out", "s").code == 0
+    first = Path("s/population=5/seed-2")
+    before, text = contents(first), Path("s/sweep.json").read_text()
+    more = "--grid", f"{sizes}4,5", "--seeds", "1,2", *chosen, "--out", "s"
+    killed = begun(tmp_path, *more, "--workers", "2")
+    wait_for_generations(killed, tmp_path / "s", "*/seed-1")
+    killed.kill()
+    killed.communicate()
+    assert contents(first) == before
+    there = Sweep.open(Path("s"))
+    assert (there.grid, there.seeds) == ({"evolution.population": ["5", "4"]}, [2, 1])
+    assert json.loads(text)["settings"] == json.loads(Path("s/sweep.json").read_text())["settings"][:1]
+
+    done = swarmevo_("sweep", "small.yaml", *more, "--workers", 2)
+    assert done.code == 0, done.err
+    assert "s: 4 of 4 runs are complete" in done.out
+    assert contents(first) == before
+    swarmevo_("evolve", "small.yaml", "--seed", 1, "--set", *LENGTH, f"{sizes}4", "--out", "alone")
+    assert bits("s/population=4/seed-1") == bits("alone")
+
+
+def test_names_of_added_settings_are_not_taken() -> None:
+    config = configuration.load("quick")
+
+    def settings(*labels: str) -> list[Setting]:
+        names = Names()
+        return [Setting(names.of(label), {"key": label}, config) for label in labels]
+
+    there = Sweep(Path("s"), settings("a?", "a!"), [1])
+    found, seeds = extended(there, settings("a!", "b", "a+?", "a*", "a?"), [3, 1])
+    assert seeds == [1, 3]
+    assert [(one.name, one.values["key"]) for one in found] == [
+        ("a", "a?"), ("a-2", "a!"), ("b", "b"), ("a+", "a+?"), ("a-2-2", "a*"),
+    ]  # fmt: skip
+
+
+def test_a_sweep_that_another_process_extended_meanwhile_is_not_overwritten(swept: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "s"
+    shutil.copytree(swept / "s", folder)
+    seen = Sweep.open(folder)
+    Sweep(folder, seen.settings, [1, 3, 7]).create(seen)
+    text = (folder / "sweep.json").read_text()
+    with pytest.raises(StoreError, match="s: somebody else has just made or extended it; give the command again"):
+        Sweep(folder, seen.settings, [1, 3, 8]).create(seen)
+    assert (folder / "sweep.json").read_text() == text
+
+
 # ---- what is refused -------------------------------------------------------------------------------------------------
 
 
@@ -291,7 +352,14 @@ def test_a_setting_that_fails_its_rehearsal_is_named(swarmevo_: Swarmevo) -> Non
     ("arguments", "message"),
     [
         (GRID[:2], "another grid: optimiser.pde.mutation_rate=0.01,0.5 evolution.population=4,6, not "),
-        ([*GRID[:3], "--seeds", "1-3"], "another seeds: 1,3, not 1,2,3"),
+        (
+            ["--grid", "optimiser.pde.mutation_rate=0.02,0.5", *GRID[2:]],
+            "another grid: optimiser.pde.mutation_rate=0.01,0.5 evolution.population=4,6, not "
+            "optimiser.pde.mutation_rate=0.02,0.5 evolution.population=4,6",
+        ),
+        (["--grid", *GRID[2:0:-1], *GRID[3:]], "another grid: optimiser.pde.mutation_rate=0.01,0.5 evolution"),
+        ([*GRID[:3], "--seeds", "1,2"], "other seeds: 1,3, not 1,2"),
+        ([*GRID[:3], "--seeds", "1-3", "--set", "box.mass=0.2"], "another configuration, which differs in box.mass"),
         ([*GRID, "--set", "box.mass=0.2"], "another configuration, which differs in box.mass"),
     ],
 )  # fmt: skip
@@ -301,7 +369,7 @@ def test_another_sweeps_folder_is_refused(swept: Path, swarmevo_: Swarmevo, argu
     assert done.code == 2
     (line,) = done.errors
     assert line.startswith(f"{swept / 's'}: exists already, with {message}")
-    assert line.endswith("; give what it was begun with, or choose another name")
+    assert line.endswith("; give all that it has, and what is to be added, or choose another name")
     assert (swept / "s" / "sweep.json").read_bytes() == before
 
 
