@@ -147,21 +147,26 @@ def wait_for_generations(process: subprocess.Popen[str], folder: Path, runs: str
     raise AssertionError(process.communicate())
 
 
+def kill(sweep: subprocess.Popen[str]) -> None:
+    """Kill a sweep, and wait until none of its workers is left, that would write on."""
+    workers = [
+        int(path.name)
+        for path in Path("/proc").iterdir()
+        if path.name.isdigit() and f"\nPPid:\t{sweep.pid}\n" in _status(path)
+    ]
+    sweep.kill()
+    sweep.communicate()
+    assert workers
+    for worker in workers:
+        while os.path.exists(f"/proc/{worker}") and "\nState:\tZ" not in _status(Path(f"/proc/{worker}")):
+            time.sleep(0.05)
+
+
 def test_kill_9_and_the_same_command_gives_the_same_bits(tmp_path: Path, swarmevo_: Swarmevo) -> None:
     Path("small.yaml").write_text(SMALL)
     killed = begun(tmp_path, *LONGER, "--out", "s", "--workers", "2")
     wait_for_generations(killed, tmp_path / "s")
-    workers = [
-        int(path.name)
-        for path in Path("/proc").iterdir()
-        if path.name.isdigit() and f"\nPPid:\t{killed.pid}\n" in _status(path)
-    ]
-    killed.kill()
-    killed.communicate()
-    assert workers
-    for worker in workers:  # none is left, that would write on
-        while os.path.exists(f"/proc/{worker}") and "\nState:\tZ" not in _status(Path(f"/proc/{worker}")):
-            time.sleep(0.05)
+    kill(killed)
     there = Sweep.open(Path("s"))
     assert not all(cell.folder.exists() and len(bits(cell.folder)) == 12 for cell in there.cells)
     unfinished = there.cells[-1].folder.with_name(".seed-2")  # as if it was killed while it made a folder
@@ -274,8 +279,7 @@ def test_an_extension_killed_and_gone_on_with_leaves_what_is_complete(tmp_path: 
     more = "--grid", f"{sizes}4,5", "--seeds", "1,2", *chosen, "--out", "s"
     killed = begun(tmp_path, *more, "--workers", "2")
     wait_for_generations(killed, tmp_path / "s", "*/seed-1")
-    killed.kill()
-    killed.communicate()
+    kill(killed)
     assert contents(first) == before
     there = Sweep.open(Path("s"))
     assert (there.grid, there.seeds) == ({"evolution.population": ["5", "4"]}, [2, 1])
