@@ -142,13 +142,14 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
     }
 
 
-def test_the_tutorials_fitness_evolves(distribution: Distribution, evolve: Callable[..., None]) -> None:
-    page = DOCS / "write-a-fitness.md"
+@pytest.mark.parametrize("page", sorted(DOCS.glob("write-a*.md")), ids=lambda page: page.stem)
+def test_what_a_tutorial_writes_evolves(page: Path, distribution: Distribution, evolve: Callable[..., None]) -> None:
     install_example(page, distribution)
     (chosen,) = blocks(page, "yaml")
-    Path("together.yaml").write_text(chosen)
     (command,) = [command for command in commands(page) if command.startswith("swarmevo evolve")]
-    evolve(*shlex.split(command)[2:])
+    config, *more = shlex.split(command)[2:]
+    Path(config).write_text(chosen)
+    evolve(config, *more)
 
 
 @pytest.mark.parametrize("number", [0, 1])
