@@ -68,9 +68,9 @@ test-native: build/system-test
 	cmake --build build/native --target native_tests
 	build/native/native_tests
 
-# The slowest files go first.
+# The slowest files go first. Browsers, disks and processes are waited for, hence more workers than cores.
 test-python: $(call needs,test)
-	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses logical \
+	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses $$(($$(nproc) * 3 / 2)) \
 	    --dist loadfile --no-loadscope-reorder repository views rivals cli .
 
 # Every verb, the configuration, the interface in Python; old libraries warn of what is new since.
@@ -101,6 +101,9 @@ sanitized = cmake -S . -B build/$(1) -G Ninja -DSWARMEVO_TESTS=ON $(2) -DCMAKE_B
     -DCMAKE_C_COMPILER=clang -DCMAKE_C_FLAGS=-O1 -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-O1 >build/cmake-$(1).log || \
     { cat build/cmake-$(1).log; exit 1; }
 
+# So many of the tests take as long as the others, which run beside them.
+HALF := 90
+
 sanitize: sanitize-address sanitize-thread
 
 build-address: build/system-test build/system-fuzz
@@ -108,7 +111,10 @@ build-address: build/system-test build/system-fuzz
 	cmake --build build/address --target native_tests fuzzers
 
 sanitize-address: build-address
-	UBSAN_OPTIONS=halt_on_error=1 build/address/native_tests
+	export UBSAN_OPTIONS=halt_on_error=1; \
+	build/address/native_tests --last=$(HALF) & first=$$!; \
+	build/address/native_tests --first=$$(($(HALF) + 1)); \
+	wait $$first
 
 sanitize-thread: build/system-test build/system-fuzz
 	$(call sanitized,thread,-DSWARMEVO_SANITIZE=thread)
