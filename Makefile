@@ -101,7 +101,7 @@ sanitized = cmake -S . -B build/$(1) -G Ninja -DSWARMEVO_TESTS=ON $(2) -DCMAKE_B
     -DCMAKE_C_COMPILER=clang -DCMAKE_C_FLAGS=-O1 -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-O1 >build/cmake-$(1).log || \
     { cat build/cmake-$(1).log; exit 1; }
 
-# So many of the tests take as long as the others, which run beside them.
+# The tests run in two parts, side by side: up to this one, and the others, of which a few take most of the time.
 HALF := 90
 
 sanitize: sanitize-address sanitize-thread
