@@ -118,6 +118,9 @@ def test_the_wheel_zooms_after_a_click_or_with_ctrl_alone(page: Page) -> None:
 
     assert not turned()
     assert page.locator(".sw-hint").text_content() == "Click the scene, or hold Ctrl, to zoom with the wheel"
+    page.evaluate("document.querySelector('.sw-hint').hidden = true")
+    turn = "document.querySelector('.sw-view').dispatchEvent(new WheelEvent('wheel', { deltaY: 240 }))"
+    assert page.evaluate(f"{turn}; !document.querySelector('.sw-hint').hidden")  # at once: it goes after three seconds
     page.keyboard.down("Control")
     assert turned()
     page.keyboard.up("Control")
