@@ -20,6 +20,7 @@ import json
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, get_args, get_type_hints
 
 import numpy as np
@@ -104,26 +105,47 @@ def scene_of(robots: int, control_steps: int) -> SceneInfo:
     return config.scene_info(Config(team=Team(robots=robots), episode=Episode(horizon=0.1 * control_steps)))
 
 
+def scene_in(source: str | Path | Config, control_steps: int = 200) -> SceneInfo:
+    """Return the scene of a configuration, for plugins that are for certain worlds, with so many control steps.
+
+    Args:
+        source: A YAML file, the name of a packaged configuration, or a configuration.
+        control_steps: Of an episode.
+
+    Raises:
+        ConfigError: With everything that is wrong.
+    """
+    chosen = source if isinstance(source, Config) else config.load(source)
+    period = config.scene_info(chosen).control_period
+    return config.scene_info(config.changed(chosen, [f"episode.horizon={control_steps * period!r}"]))
+
+
 def random_telemetry(
-    channels: Sequence[str], episodes: int, steps: int = 20, robots: int = 5, seed: int = 0
+    channels: Sequence[str],
+    episodes: int,
+    steps: int = 20,
+    robots: int = 5,
+    seed: int = 0,
+    scene: SceneInfo | None = None,
 ) -> Telemetry:
     """Return telemetry of no real episode, every value in its range; without the channels not asked for.
 
-    Its world is the default one with so many ``robots`` and ``steps`` of 0.1 s.
+    Its world is the default one with so many ``robots`` and ``steps`` of 0.1 s, or that of ``scene``.
     """
-    rng, scene = np.random.default_rng(seed), scene_of(robots, steps)
+    rng, scene = np.random.default_rng(seed), scene or scene_of(robots, steps)
+    steps, period = scene.control_steps, scene.control_period
 
     def draw(channel: Channel) -> FloatArray:
         values = rng.uniform(channel.low, channel.high, size=(episodes, steps, *channel.sizes(scene)))
         return np.round(values) if channel.is_flag else values
 
     def some_time(*shape: int) -> FloatArray:
-        return np.where(rng.random(shape) < 0.5, np.nan, rng.uniform(0.0, 0.1 * steps, shape))
+        return np.where(rng.random(shape) < 0.5, np.nan, rng.uniform(0.0, period * steps, shape))
 
     recorded = {name: _frozen(draw(CHANNELS[name])) for name in channels}
     return Telemetry(
-        0.1,
-        _frozen(some_time(episodes, robots)),
+        period,
+        _frozen(some_time(episodes, scene.robots)),
         _frozen(some_time(episodes)),
         channels=recorded,
         world=scene.world,
@@ -467,7 +489,11 @@ class SwitchCounter:
 
 
 class FitnessTests:
-    """Tests that every fitness must pass. Override :meth:`create`, and :meth:`controller` if it needs a certain one."""
+    """Tests that every fitness must pass.
+
+    Override :meth:`create`; :meth:`controller` if it needs a certain one; ``scene`` (:func:`scene_in`) if it is for
+    certain worlds.
+    """
 
     scene = scene_of(robots=5, control_steps=200)
 
@@ -600,7 +626,8 @@ class FitnessTests:
 
     def _telemetry(self, batch: Sequence[int], channels: Sequence[str]) -> Telemetry:
         """Return some of seven episodes, all arrays read-only."""
-        everything, rows = random_telemetry(channels, 7, self.scene.control_steps, self.scene.robots), list(batch)
+        scene = self.scene if self.scene.world else scene_of(self.scene.robots, self.scene.control_steps)
+        everything, rows = random_telemetry(channels, 7, scene=scene), list(batch)
         return replace(
             everything,
             homing_time=_frozen(everything.homing_time[rows]),

@@ -18,6 +18,7 @@ from swarmevo.testing import (
     failures,
     random_genomes,
     random_telemetry,
+    scene_in,
 )
 from swarmevo_paper.fitness import BoxPushing
 
@@ -693,6 +694,45 @@ def test_broken_fitness_functions_are_caught(broken, test, reason):
 
 
 # ---- what the kit makes ----------------------------------------------------------------------------------------------
+
+
+class OfTwoPucks:
+    """Is for worlds with two movables and one robot."""
+
+    objectives = (Objective("apart", "maximise", (0.0, 10.0)),)
+    channels = ("movables",)
+
+    def __init__(self, scene):
+        if len(scene.world["scene"]["movables"] or ()) != 2:
+            raise ValueError("scene.movables: expected two")
+        self.scene = scene
+
+    def evaluate(self, telemetry, genomes, controller):
+        assert telemetry.world == self.scene.world
+        assert telemetry.homing_time.shape[1:] == (1,)
+        assert telemetry.control_period == 0.05
+        apart = np.abs(telemetry.movables[..., 0, 0] - telemetry.movables[..., 1, 0])
+        return apart.mean(axis=1, keepdims=True) % 10
+
+
+def test_a_fitness_is_tested_in_the_world_that_it_is_for(tmp_path):
+    world = tmp_path / "pucks.yaml"
+    world.write_text(
+        "scene: {movables: [{}, {pose: [0.0, -0.2, 0.0]}]}\nteam: {robots: 1}\nepisode: {control_period: 0.05}\n"
+    )
+
+    class Tests(FitnessTests):
+        scene = scene_in(world, control_steps=30)
+
+        def create(self):
+            return OfTwoPucks(self.scene)
+
+    assert Tests.scene.control_steps == 30
+    assert failures(Tests()) == []
+    assert (
+        "scene.movables: expected two"
+        in failures(type("Default", (FitnessTests,), {"create": lambda self: OfTwoPucks(self.scene)})())[0]
+    )
 
 
 def test_random_telemetry_has_the_shapes_of_the_protocol():

@@ -25,7 +25,7 @@ def list_plugins(context: typer.Context) -> None:
 
 @plugins_app.command("check", epilog=examples("swarmevo plugins check pde"))
 def check_plugin(name: Annotated[str, typer.Argument(metavar="NAME", help="The plugin's name.")]) -> None:
-    """Load a plugin, make it with its defaults and print its options."""
+    """Load a plugin, make it with its defaults, in the default world, and print its options."""
     from swarmevo import plugins
     from swarmevo.views import console
 

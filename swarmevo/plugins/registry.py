@@ -105,6 +105,8 @@ class Report:
     """As in the factory's signature, with annotations and defaults."""
     error: str | None
     """One line; None: nothing is wrong."""
+    elsewhere: str | None = None
+    """Why a sound plugin is not for the default world, as one line; None: it is."""
 
 
 # ---- finding ---------------------------------------------------------------------------------------------------------
@@ -330,15 +332,22 @@ def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *arg
 
 def _report(entry: PluginEntry) -> Report:
     options: tuple[str, ...] = ()
+    elsewhere = None
     try:
         factory = load(entry)
         known = options_of(entry.kind, factory) or [] if entry.kind in GROUPS else []
         options = tuple(str(option.parameter) for option in known)
         if entry.kind in GROUPS and not any(option.is_required for option in known):
             host = (_ANY_SPACE, 8, 2, np.random.default_rng(0)) if entry.kind == "optimiser" else ()
-            _make(entry, factory, {}, *host, **taken_of(factory, _ANY_OFFER[entry.kind]))
+            offered = taken_of(factory, _ANY_OFFER[entry.kind])
+            try:
+                _make(entry, factory, {}, *host, **offered)
+            except PluginError as error:
+                if "scene" not in offered or not isinstance(error.__cause__, ValueError):
+                    raise
+                elsewhere = _reason(error.__cause__)  # it knows which worlds it is for
         find(entry.kind, entry.name)
-        return Report(entry, options, None)
+        return Report(entry, options, None, elsewhere)
     except PluginError as error:
         return Report(entry, options, str(error))
 

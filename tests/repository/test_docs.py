@@ -22,6 +22,7 @@ from swarmevo.protocols import SceneInfo
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 README, PLUGINS, CONFIGURATION = ROOT / "README.md", DOCS / "plugins.md", DOCS / "configuration.md"
+TUTORIALS = sorted(DOCS.glob("write-a*.md"))
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", ROOT / "CHANGELOG.md", *sorted(DOCS.rglob("*.md"))]
 
 SHORT = ["episode.horizon=1.0", "evolution.population=4", "evolution.generations=2", "evolution.repeats=1"]
@@ -59,6 +60,15 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+def write_configuration(page: Path) -> list[str]:
+    """Write the YAML of a tutorial where its first `swarmevo evolve` looks for it; return that command's arguments."""
+    (chosen,) = blocks(page, "yaml")
+    command = next(command for command in commands(page) if command.startswith("swarmevo evolve"))
+    config, *more = shlex.split(command)[2:]
+    Path(config).write_text(chosen)
+    return [config, *more]
+
+
 # ---- programs --------------------------------------------------------------------------------------------------------
 
 
@@ -77,6 +87,8 @@ def short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.name)
 def test_programs_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    if page in TUTORIALS:
+        write_configuration(page)
     namespace: dict[str, Any] = {"__name__": page.stem}
     for program in blocks(page, "python"):
         exec(compile(program, page.name, "exec"), namespace)
@@ -105,7 +117,8 @@ def evolve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Non
     def run(*arguments: str) -> None:
         settings = [word for setting in SHORT for word in ("--set", setting)]
         with pytest.raises(SystemExit) as exit:
-            cli.main(["evolve", *arguments, *settings, "--seed", "1", "--workers", "1"])
+            seed = () if "--seed" in arguments else ("--seed", "1")
+            cli.main(["evolve", *arguments, *settings, *seed, "--workers", "1"])
         assert not exit.value.code
 
     return run
@@ -142,14 +155,10 @@ def test_the_examples_of_plugins_evolve(distribution: Distribution, evolve: Call
     }
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("write-a*.md")), ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_what_a_tutorial_writes_evolves(page: Path, distribution: Distribution, evolve: Callable[..., None]) -> None:
     install_example(page, distribution)
-    (chosen,) = blocks(page, "yaml")
-    (command,) = [command for command in commands(page) if command.startswith("swarmevo evolve")]
-    config, *more = shlex.split(command)[2:]
-    Path(config).write_text(chosen)
-    evolve(config, *more)
+    evolve(*write_configuration(page))
 
 
 @pytest.mark.parametrize("number", [0, 1])

@@ -29,6 +29,9 @@ def show_reports(reports: Iterable[Report]) -> None:
         for option in report.options:
             out.print(f"  {option}")
         out.print(f"  broken: {report.error}" if report.error else "  sound")
+        if report.elsewhere:
+            out.print(f"  but not for the default world: {report.elsewhere}")
+            out.print("  try it in its own: swarmevo evolve CONFIG --dry-run")
 
 
 def show_findings(findings: Iterable[Finding]) -> None:
