@@ -116,8 +116,8 @@ def evolve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Non
 
     def run(*arguments: str) -> None:
         settings = [word for setting in SHORT for word in ("--set", setting)]
+        seed = () if "--seed" in arguments else ("--seed", "1")
         with pytest.raises(SystemExit) as exit:
-            seed = () if "--seed" in arguments else ("--seed", "1")
             cli.main(["evolve", *arguments, *settings, *seed, "--workers", "1"])
         assert not exit.value.code
 
