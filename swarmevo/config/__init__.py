@@ -26,7 +26,7 @@ from swarmevo.config.models import (
 )
 from swarmevo.config.observations import scene_info, sense_errors, smallest_observation
 from swarmevo.config.overrides import as_overrides
-from swarmevo.config.reading import changed, dump, load, seeded
+from swarmevo.config.reading import changed, dump, load, packaged, seeded
 from swarmevo.config.worlds import World, Worlds, each_world, world_errors
 from swarmevo.errors import ConfigError
 
@@ -58,6 +58,7 @@ __all__ = [
     "dump",
     "each_world",
     "load",
+    "packaged",
     "scene_info",
     "seeded",
     "sense_errors",

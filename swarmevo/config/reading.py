@@ -93,6 +93,11 @@ def seeded(config: Config) -> Config:
     return config.model_copy(update={"evolution": evolution})
 
 
+def packaged() -> list[str]:
+    """Return the names of the configurations that come with swarmevo."""
+    return sorted(_packaged())
+
+
 # ---- from a file to plain data ---------------------------------------------------------------------------------------
 
 _LARGEST_FILE = 1_000_000  # [bytes]: what is larger is no configuration

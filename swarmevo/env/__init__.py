@@ -2,6 +2,7 @@
 """Worlds for reinforcement learning, beside evolution: PettingZoo's and Gymnasium's interfaces over ``Lockstep``.
 
 Needs ``pip install 'swarmevo[rl]'``. Rewards are what the configuration's fitness functions gain at each control step.
+``gymnasium.make_vec("swarmevo/NAME-v0")`` knows the packaged configurations once this is imported.
 """
 
 try:
@@ -13,6 +14,9 @@ except ImportError as error:
     ) from None
 
 from swarmevo.env.parallel import SwarmParallelEnv
+from swarmevo.env.registration import register
 from swarmevo.env.vector import SwarmVectorEnv
+
+register()
 
 __all__ = ["SwarmParallelEnv", "SwarmVectorEnv"]

@@ -32,7 +32,7 @@ class SwarmParallelEnv(ParallelEnv[str, Single, Single]):
     An observation has the readings of ``robot.sensors``, an action a speed of the left and the right wheel in [-1, 1]
     and the bits of a message, if robots send some; both are float32. The reward is the team's: each robot gets all of
     it. All agents end together; then each one's info has the episode's ``objectives``, and ``failed`` where the physics
-    did.
+    did. What no robot knows, and a critic may: ``state()``, with where everything is.
 
     Args:
         config: Of the world and the fitness functions: the name of a packaged configuration, a YAML file, or a
@@ -65,6 +65,7 @@ class SwarmParallelEnv(ParallelEnv[str, Single, Single]):
         self.possible_agents = [f"robot_{i}" for i in range(self.info.robots)]
         self.agents: list[str] = []
         self.observation_spaces = {agent: self._world.observation_space() for agent in self.possible_agents}
+        self.state_space = self._world.state_space()
         self.action_spaces = {agent: self._world.action_space() for agent in self.possible_agents}
 
     @property
@@ -76,6 +77,11 @@ class SwarmParallelEnv(ParallelEnv[str, Single, Single]):
     def key(self) -> EpisodeKey:
         """Of the present episode: with it and the same commands ``simulate`` gives the same bits."""
         return self._world.keys[0]
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Of what :meth:`state` returns, such as ``robot_0_x`` and ``movable_0_at_goal``."""
+        return self._world.state_names
 
     def observation_space(self, agent: str) -> Box:
         """Return the space of an agent's observations, always the same object."""
@@ -124,6 +130,14 @@ class SwarmParallelEnv(ParallelEnv[str, Single, Single]):
         if outcome.ended[0]:
             self.agents = []
         return observations, rewards, terminations, truncations, {agent: dict(info) for agent in agents}
+
+    def state(self) -> Single:
+        """Return where everything is now, float32 in ``state_space``.
+
+        Of each robot x, y [m], cosine and sine of the heading; of each movable the same, and 1 if it is at a goal; at
+        last the share of the horizon that has gone by.
+        """
+        return np.asarray(self._world.state()[0])
 
     def close(self) -> None:
         """Free the world; again is fine."""

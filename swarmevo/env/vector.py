@@ -70,6 +70,7 @@ class SwarmVectorEnv(VectorEnv[Single, Single, FloatArray]):
         self.observation_space = self._worlds.observation_space(worlds, robots)
         self.single_action_space = self._worlds.action_space(robots)
         self.action_space = self._worlds.action_space(worlds, robots)
+        self.state_space = self._worlds.state_space(worlds)
         self._ended = np.zeros(worlds, dtype=np.bool_)
         self.closed = False
 
@@ -131,6 +132,15 @@ class SwarmVectorEnv(VectorEnv[Single, Single, FloatArray]):
         if mode is not AutoresetMode.SAME_STEP:
             self._ended = outcome.ended
         return self._worlds.observe(), outcome.rewards, outcome.terminated, outcome.truncated, infos
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Of a world's values in :meth:`state`, such as ``robot_0_x`` and ``movable_0_at_goal``."""
+        return self._worlds.state_names
+
+    def state(self) -> Single:
+        """Return where everything is now, ``(worlds, values)``, as :meth:`SwarmParallelEnv.state` has it."""
+        return self._worlds.state()
 
     def close_extras(self, **kwargs: Any) -> None:
         """Free the worlds."""

@@ -75,6 +75,13 @@ class Worlds:
         self.info = self._scene.info
         self._lockstep = Lockstep(self._scene, worlds, _seed(self._config) if seed is None else seed, threads)
         self._rewards = Rewards(self._config, self.info, worlds, weights)
+        placed = ("x", "y", "cos", "sin")
+        self.state_names = (
+            *(f"robot_{i}_{end}" for i in range(self.info.robots) for end in placed),
+            *(f"movable_{i}_{end}" for i in range(self.info.movables) for end in (*placed, "at_goal")),
+            "time",
+        )
+        """Of what :meth:`state` returns: x, y [m], cosine and sine of the heading, 1: at a goal, time."""
         self._before = self._state()
         self._is_fresh = True
 
@@ -95,6 +102,19 @@ class Worlds:
     def action_space(self, *shape: int) -> Box:
         """Return the space of commands, ``(*shape, commands)``."""
         return Box(-1.0, 1.0, (*shape, self.info.commands), dtype=np.float32)
+
+    def state_space(self, *shape: int) -> Box:
+        """Return the space of what :meth:`state` returns, ``(*shape, values)``."""
+        x_from, x_to, y_from, y_to = self.info.arena
+        low = {"x": x_from, "y": y_from, "cos": -1.0, "sin": -1.0}
+        high = {"x": x_to, "y": y_to}
+        ends = [name.rpartition("_")[2] for name in self.state_names]
+        whole = (*shape, len(ends))
+        return Box(
+            np.broadcast_to(np.array([low.get(end, 0.0) for end in ends], dtype=np.float32), whole),
+            np.broadcast_to(np.array([high.get(end, 1.0) for end in ends], dtype=np.float32), whole),
+            dtype=np.float32,
+        )
 
     def begin(self, seed: int | None) -> None:
         """Begin every world's first episode with a seed; None: its next episode, at first the first one."""
@@ -121,6 +141,15 @@ class Worlds:
     def observe(self) -> Single:
         """Return what the robots sense now, ``(worlds, robots, observations)``; zeros where a world has failed."""
         return self._lockstep.observe().astype(np.float32)
+
+    def state(self) -> Single:
+        """Return where everything is now, ``(worlds, values)``, as ``state_names`` says; zeros where a world has failed."""
+        now = self._lockstep.state(["pose", "movables", "at_goal"])
+        gone = now.step[:, np.newaxis] / self.info.control_steps
+        poses = [_placed(now.pose), np.concatenate([_placed(now.movables), now.at_goal[..., np.newaxis]], axis=-1)]
+        everything = np.concatenate([*(each.reshape(len(self), -1) for each in poses), gone], axis=1)
+        everything[now.failed] = 0.0
+        return everything.astype(np.float32)
 
     def advance(self, commands: ArrayLike) -> Outcome:
         """Let commands ``(worlds, robots, commands)`` act for one control period in each world that has not ended.
@@ -186,6 +215,12 @@ def _seed(config: Config) -> int:
     seed = configuration.seeded(config).evolution.seed
     assert seed is not None
     return seed
+
+
+def _placed(poses: FloatArray) -> FloatArray:
+    """Return ``(..., 4)``, x, y, cosine and sine of the heading: no number jumps where a robot turns."""
+    heading = poses[..., 2:]
+    return np.concatenate([poses[..., :2], np.cos(heading), np.sin(heading)], axis=-1)
 
 
 def _without(failed: BoolArray, channel: FloatArray) -> FloatArray:

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pettingzoo.test import parallel_api_test, parallel_seed_test
+from pettingzoo.test import parallel_api_test, parallel_seed_test, state_test
+from pettingzoo.utils.conversions import parallel_to_aec
 
 from swarmevo.config import Config
 from swarmevo.config.observations import READINGS
@@ -202,3 +203,34 @@ def test_without_the_extra_the_import_is_one_line(missing: str) -> None:
         f"ImportError: swarmevo.env: expected PettingZoo and Gymnasium installed, got no {missing}; "
         "pip install 'swarmevo[rl]'"
     )
+
+
+def test_the_state_says_where_everything_is() -> None:
+    env = SwarmParallelEnv("foraging", set=SHORT, seed=1)
+    env.reset()
+    for _ in range(5):
+        env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+    named = dict(zip(env.state_names, env.state(), strict=True))
+    with module.Lockstep(load_config("foraging"), 1) as other:
+        assert len(named) == 4 * other.info.robots + 5 * other.info.movables + 1
+    truth = env._world._lockstep.state(["pose", "movables", "at_goal"])
+    x, y, heading = truth.pose[0, 2]
+    assert [named[f"robot_2_{end}"] for end in ("x", "y", "cos", "sin")] == pytest.approx(
+        [x, y, np.cos(heading), np.sin(heading)], abs=1e-6
+    )
+    x, y, heading = truth.movables[0, 1]
+    assert [named[f"movable_1_{end}"] for end in ("x", "y", "cos", "sin", "at_goal")] == pytest.approx(
+        [x, y, np.cos(heading), np.sin(heading), truth.at_goal[0, 1]], abs=1e-6
+    )
+    assert named["time"] == pytest.approx(5 / env.info.control_steps)
+
+
+@pytest.mark.parametrize("task", [*TASKS, "shaped"])
+def test_the_state_is_in_its_space_to_the_end_and_pettingzoos_own_test_passes(task: str) -> None:
+    env = SwarmParallelEnv(task, set=SHORT, seed=1)
+    env.reset()
+    while env.agents:
+        env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+        assert env.state_space.contains(env.state())
+    assert env.state()[-1] == 1
+    state_test(parallel_to_aec(SwarmParallelEnv(task, set=SHORT)), SwarmParallelEnv(task, set=SHORT), num_cycles=10)

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from typing import Any
 
 import gymnasium
@@ -14,6 +16,7 @@ from gymnasium.utils.passive_env_checker import check_action_space, check_observ
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
+from swarmevo import config
 from swarmevo.env import SwarmVectorEnv
 from swarmevo.env.worlds import Worlds
 from swarmevo.errors import InvalidArgument
@@ -178,3 +181,26 @@ def test_a_world_whose_physics_fails_is_truncated_and_the_others_go_on(monkeypat
         assert np.array_equal(found[0][[0, 2]], expected[0][[0, 2]])
         assert np.array_equal(found[1][[0, 2]], expected[1][[0, 2]])
     assert [key.generation for key in broken.keys] == [0, 1, 0]
+
+
+def test_gymnasium_makes_each_packaged_configuration() -> None:
+    made = {id.removeprefix("swarmevo/").removesuffix("-v0") for id in gymnasium.registry if id.startswith("swarmevo/")}
+    assert made == set(config.packaged())
+    for name in made:
+        envs = gymnasium.make_vec(f"swarmevo/{name}-v0", 3, set={"episode.horizon": 1.0}, seed=5)
+        same = SwarmVectorEnv(name, 3, set={"episode.horizon": 1.0}, seed=5)
+        np.testing.assert_array_equal(envs.reset()[0], same.reset()[0])
+        actions = same.action_space.sample()
+        for one, other in zip(envs.step(actions)[:4], same.step(actions)[:4], strict=True):
+            np.testing.assert_array_equal(one, other)
+        assert envs.spec is not None
+        assert envs.metadata["autoreset_mode"] is same.metadata["autoreset_mode"]
+        np.testing.assert_array_equal(envs.unwrapped.state(), same.state())
+        assert same.state_space.contains(same.state())
+        envs.close()
+        same.close()
+
+
+def test_gymnasium_imports_them_by_the_name_of_the_module() -> None:
+    program = "import gymnasium; print(gymnasium.make_vec('swarmevo.env:swarmevo/quick-v0', 2).num_envs)"
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "2\n"
