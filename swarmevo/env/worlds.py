@@ -143,7 +143,7 @@ class Worlds:
         return self._lockstep.observe().astype(np.float32)
 
     def state(self) -> Single:
-        """Return where everything is now, ``(worlds, values)``, as ``state_names`` says; zeros where a world has failed."""
+        """Return where everything is now, ``(worlds, values)``, called by ``state_names``; zeros where one failed."""
         now = self._lockstep.state(["pose", "movables", "at_goal"])
         gone = now.step[:, np.newaxis] / self.info.control_steps
         poses = [_placed(now.pose), np.concatenate([_placed(now.movables), now.at_goal[..., np.newaxis]], axis=-1)]
