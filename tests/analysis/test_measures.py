@@ -48,7 +48,7 @@ def test_objectives_that_say_what_a_success_is_come_before_homing() -> None:
 
 
 def test_the_papers_configurations_have_its_table() -> None:
-    assert all(measures_of(load_config(name), ()).paper for name in ("paper", "best", "shaped", "quick"))
+    assert all(measures_of(load_config(name), ()).paper for name in ("paper", "best", "robust", "shaped", "quick"))
 
 
 def test_one_robot_shows_no_behaviour_of_a_team() -> None:

@@ -552,6 +552,16 @@ def test_best_is_tried_by_three_four_and_five_robots_with_the_papers_noise() -> 
     assert best.controller == {"feedforward": {"hidden": 1}}
 
 
+def test_robust_is_best_with_rigid_bumpers_and_heavier_boxes() -> None:
+    best, robust = config.load("best"), config.load("robust")
+    worlds = [world.config for world in Worlds(robust)]
+    for robots in (3, 4, 5):
+        assert "rigid" in {world.robot.bumper for world in worlds if world.team.robots == robots}
+        heaviest = max(world.box.mass for world in worlds if world.team.robots == robots)
+        assert heaviest == (best.box.mass if robots == 3 else pytest.approx(1.15 * best.box.mass))
+    assert (robust.noise, robust.controller, robust.fitness) == (best.noise, best.controller, best.fitness)
+
+
 def test_quick_is_the_papers_world() -> None:
     quick, paper = config.load("quick"), config.load("paper")
     world = ("arena", "box", "emitter", "robot", "team", "sensors", "noise", "physics", "episode")

@@ -22,7 +22,18 @@ from swarmevo.protocols import FloatArray
 from swarmevo.simulation import EpisodeKey, Scene, simulate_lockstep
 from swarmevo.simulation import lockstep as module
 
-TASKS = ["aggregation", "best", "clearing", "coverage", "foraging", "localisation", "paper", "phototaxis", "quick"]
+TASKS = [
+    "aggregation",
+    "best",
+    "clearing",
+    "coverage",
+    "foraging",
+    "localisation",
+    "paper",
+    "phototaxis",
+    "quick",
+    "robust",
+]
 SHORT = {"episode.horizon": 3.0}
 
 

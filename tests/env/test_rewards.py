@@ -89,6 +89,7 @@ SHOULD_GAIN = {
     "paper": {"box_pushing"},
     "phototaxis": {"nearness", "arrived"},
     "quick": {"box_pushing"},
+    "robust": {"shaped"},
     "shaped": {"togetherness", "success"},
 }
 """Objectives of each configuration that comes with swarmevo, which are above 0 in the episodes below."""
