@@ -26,8 +26,8 @@ HEAD = """\
 A run is decided by one YAML file and `--set` overrides. What neither names has the default below; the only home of
 defaults is [`swarmevo/config/models.py`](../swarmevo/config/models.py). These files come with swarmevo and are called
 by their bare names: [`quick`](../configs/quick.yaml), the default of `swarmevo evolve`,
-[`paper`](../configs/paper.yaml), [`shaped`](../configs/shaped.yaml), [`best`](../configs/best.yaml), [`robust`](../configs/robust.yaml), and those of other
-[tasks](tasks.md).
+[`paper`](../configs/paper.yaml), [`shaped`](../configs/shaped.yaml), [`best`](../configs/best.yaml),
+[`robust`](../configs/robust.yaml), and those of other [tasks](tasks.md).
 
 ```yaml
 team:
