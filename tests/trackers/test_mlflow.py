@@ -59,7 +59,7 @@ def test_each_generation_is_there_once_with_what_show_says(swarmevo_: Swarmevo) 
 
 def test_after_kill_9_no_generation_is_twice_or_missing(tmp_path: Path, swarmevo_: Swarmevo) -> None:
     Path("small.yaml").write_text(SMALL)
-    chosen = "--set", "evolution.generations=40", "--seed", "1", "--trials", "1"
+    chosen = "--set", "evolution.generations=150", "--seed", "1", "--trials", "1"
     command = [sys.executable, "-m", "swarmevo", "evolve", "small.yaml", *chosen, "--out", "run"]
     killed = subprocess.Popen([*command, "--log", "mlflow"], cwd=tmp_path, stderr=subprocess.PIPE)
     while not Path("run/mlflow/trial-0").exists():
@@ -69,7 +69,7 @@ def test_after_kill_9_no_generation_is_twice_or_missing(tmp_path: Path, swarmevo
     killed.communicate()
     assert swarmevo_("resume", "run", "--log", "mlflow").code == 0
     (run,) = runs().values()
-    assert [step for step, _ in series(run, "episodes")] == list(range(40))
+    assert [step for step, _ in series(run, "episodes")] == list(range(150))
 
 
 def test_a_store_elsewhere_takes_several_runs(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:

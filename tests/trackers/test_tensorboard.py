@@ -72,7 +72,7 @@ def test_what_earlier_generations_lack_is_made_up_for(swarmevo_: Swarmevo) -> No
 
 def test_after_kill_9_no_generation_is_twice_or_missing(tmp_path: Path, swarmevo_: Swarmevo) -> None:
     Path("small.yaml").write_text(SMALL)
-    chosen = "--set", "evolution.generations=40", "--seed", "1", "--trials", "1"
+    chosen = "--set", "evolution.generations=150", "--seed", "1", "--trials", "1"
     command = [sys.executable, "-m", "swarmevo", "evolve", "small.yaml", *chosen, "--out", "run"]
     killed = subprocess.Popen([*command, "--log", "tensorboard"], cwd=tmp_path, stderr=subprocess.PIPE)
     while not list(Path("run").glob("tensorboard/trial-0/*")):
@@ -84,7 +84,7 @@ def test_after_kill_9_no_generation_is_twice_or_missing(tmp_path: Path, swarmevo
     with file.open("rb+") as stream:  # as if it was killed within a record
         stream.truncate(max(60, file.stat().st_size - 7))
     assert swarmevo_("resume", "run", "--log", "tensorboard").code == 0
-    assert sorted(steps("run", 0)) == list(range(40))
+    assert sorted(steps("run", 0)) == list(range(150))
 
 
 def test_each_run_of_a_sweep_has_its_own(swarmevo_: Swarmevo) -> None:
