@@ -95,7 +95,7 @@ def resolved_start(config: Config, evaluator: Evaluator) -> tuple[Config, FloatA
     if evolution.start_sha256 not in (None, digest):
         raise ConfigError(
             f"evolution.start: expected genomes with the SHA-256 {evolution.start_sha256}, got {evolution.start} with "
-            f"{digest}; give evolution.start_sha256=null to begin from these"
+            f"{digest}; put those back, or begin another run from these: evolution.start_sha256=null"
         )
     optimiser.start_from(start)
     return config.model_copy(update={"evolution": evolution.model_copy(update={"start_sha256": digest})}), start
