@@ -137,7 +137,14 @@ def robust(store: Store, genome: int, repeats: int) -> str:
         found = assessment.assess(store, (3, 4, 5), tests, genome=genome, overrides=overrides)
         (one,) = found.controllers
         homing = np.mean([of.homing_rate for of in one.outcomes])
-        rows.append([name, str(tests), f"{100 * homing:.1f} %", *(rate(of.push_rate, of.tests) for of in one.outcomes)])
+        rows.append(
+            [
+                name,
+                str(one.outcomes[0].tests),
+                f"{100 * homing:.1f} %",
+                *(rate(of.push_rate, of.tests) for of in one.outcomes),
+            ]
+        )
     return table(["world", "tests", "homing", "push with 3", "push with 4", "push with 5"], rows)
 
 
