@@ -32,7 +32,7 @@ class MLflow:
         try:
             import mlflow
         except ImportError as error:
-            raise ImportError("needs MLflow: pip install mlflow-skinny sqlalchemy alembic") from error
+            raise ImportError("needs MLflow: pip install 'swarmevo[mlflow]'") from error
         for talker in ("mlflow", "alembic"):
             logging.getLogger(talker).setLevel(logging.WARNING)
         self._connect = mlflow.MlflowClient
