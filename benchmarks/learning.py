@@ -22,12 +22,12 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.lockstep import random_commands
+from benchmarks import lockstep
 from benchmarks.pages import table
 from benchmarks.speed import answer_of, peer
 from swarmevo import config
 from swarmevo.env import SwarmParallelEnv, SwarmVectorEnv
-from swarmevo.simulation import Lockstep, Scene
+from swarmevo.simulation import Scene
 
 PLAN = {1: (1800, 300), 64: (600, 150), 1024: (100, 60)}
 """For numbers of worlds the control steps of each world in a run of ours, and of VMAS."""
@@ -38,7 +38,7 @@ HEAD = ("environment", "worlds", "steps of a world per CPU s", "range", "over VM
 def vector_rate(worlds: int, steps: int, gpu: bool = False) -> float:
     """Return steps of a world for each second of CPU time of the vectorised form; with ``gpu`` on all cores' clock."""
     settings = config.load("paper", [f"episode.horizon={steps / 10}"])
-    actions = random_commands(Scene(settings), worlds).astype(np.float32)
+    actions = lockstep.random_commands(Scene(settings), worlds).astype(np.float32)
     clock = time.perf_counter if gpu else time.process_time
     envs = SwarmVectorEnv(settings, worlds, seed=1, threads=0 if gpu else 1)
     envs.reset()
@@ -52,21 +52,14 @@ def vector_rate(worlds: int, steps: int, gpu: bool = False) -> float:
 
 def lockstep_rate(worlds: int, steps: int) -> float:
     """Return steps of a world for each second on the clock of worlds without rewards, on all cores."""
-    settings = config.load("paper", [f"episode.horizon={steps / 10}"])
-    commands = random_commands(Scene(settings), worlds)
-    with Lockstep(settings, worlds, seed=1, threads=0) as world:
-        start = time.perf_counter()
-        for each in commands:
-            world.observe()
-            world.advance(each)
-        seconds = time.perf_counter() - start
-    return float(worlds * steps / seconds)
+    scene = Scene(config.load("paper", [f"episode.horizon={steps / 10}"]))
+    return lockstep.rate(scene, lockstep.random_commands(scene, worlds), threads=0, clock=time.perf_counter)
 
 
 def parallel_rate(steps: int) -> float:
     """Return the same of a single world with an agent for each robot."""
     settings = config.load("paper", [f"episode.horizon={steps / 10}"])
-    commands = random_commands(Scene(settings), 1).astype(np.float32)
+    commands = lockstep.random_commands(Scene(settings), 1).astype(np.float32)
     env = SwarmParallelEnv(settings, seed=1)
     actions = [dict(zip(env.possible_agents, each[0], strict=True)) for each in commands]
     env.reset()
@@ -80,15 +73,11 @@ def parallel_rate(steps: int) -> float:
 
 def vmas_rate(worlds: int, steps: int, gpu: bool = False) -> float | str:
     """Return the same of VMAS, or why there is none."""
-    device = "cuda" if gpu else "cpu"
-    answer = answer_of(
-        peer("vmas", "--random", "--nsim", str(worlds), "--seconds", str(steps / 10), "--device", device)
-    )
-    return (
-        answer
-        if isinstance(answer, str)
-        else float(answer["realtime_factor" if gpu else "realtime_factor_per_cpu_s"]) / 0.1
-    )
+    chosen = ["--nsim", str(worlds), "--seconds", str(steps / 10), "--device", "cuda" if gpu else "cpu"]
+    answer = answer_of(peer("vmas", "--random", *chosen))
+    if isinstance(answer, str):
+        return answer
+    return float(answer["realtime_factor" if gpu else "realtime_factor_per_cpu_s"]) / 0.1
 
 
 def measured(

@@ -60,15 +60,15 @@ def random_commands(scene: Scene, worlds: int) -> FloatArray:
 COMMANDS: dict[str, Callable[[Scene, int], FloatArray]] = {"roaming": roaming_commands, "random": random_commands}
 
 
-def rate(scene: Scene, commands: FloatArray) -> float:
-    """Return control steps of a world for each second of CPU time, over the first episode of each world."""
+def rate(scene: Scene, commands: FloatArray, threads: int = 1, clock: Callable[[], float] = time.process_time) -> float:
+    """Return control steps of a world for each second of the clock, over the first episode of each world."""
     steps, worlds = commands.shape[:2]
-    with Lockstep(scene, worlds) as world:
-        start = time.process_time()
+    with Lockstep(scene, worlds, threads=threads) as world:
+        start = clock()
         for each in commands:
             world.observe()
             world.advance(each)
-        seconds = time.process_time() - start
+        seconds = clock() - start
     return float(worlds * steps / seconds)
 
 

@@ -38,11 +38,7 @@ DISTURBANCES: Final = {
     "box 15 % lighter": ("box.mass=0.204",),
     "box 15 % heavier": ("box.mass=0.276",),
     "rigid bumpers": ("robot.bumper=rigid",),
-    "articulated drive": (
-        "physics.drive=articulated",
-        "physics.time_step=0.004",
-        "episode.until=push",
-    ),  # slow: no more
+    "articulated drive": ("physics.drive=articulated", "physics.time_step=0.004", "episode.until=push"),
 }
 """Worlds that the best controller is tested in, as ``--set`` takes them."""
 SLOW_TESTS: Final = 20
