@@ -220,7 +220,8 @@ class Individual(Controller):
         """Return an episode to look at, in a notebook or as a page of its own.
 
         Args:
-            seed: Of a new episode. None: the last stored one, which is simulated once more and compared bit by bit.
+            seed: Of a new episode. None: the most successful stored one, which is simulated once more and compared bit
+                by bit.
             robots: As in :meth:`simulate`; not the stored episode then.
             set: As in :meth:`simulate`; not the stored episode then.
 
@@ -231,7 +232,7 @@ class Individual(Controller):
         if seed is not None:
             return super().replay(seed=seed, robots=robots, set=set)
         with Store.open(self._folder) as store:
-            chosen = replay_episode.choose(store, self.id, self.generation)
+            chosen = replay_episode.chosen_of(store, self.id, self.trial)
             sizes = [] if robots is None else [robots]
             shown, _ = replay_episode.episodes(store, chosen, sizes, overrides=_overrides(set))
         return Replay(self._title, shown)

@@ -54,9 +54,12 @@ def replay(
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page on this machine.")] = False,
     live: Annotated[bool, typer.Option("--live", help="Serve episodes that are simulated while they play.")] = False,
     generation: Annotated[
-        int | None, typer.Option(metavar="N", help="Show an episode of this generation; default: the last one.")
+        int | None,
+        typer.Option(metavar="N", help="Show an episode of this generation; default: any, with --repeat the last."),
     ] = None,
-    repeat: Annotated[int, typer.Option(metavar="N", help="Show this repeat of the episode.")] = 0,
+    repeat: Annotated[
+        int | None, typer.Option(metavar="N", help="Show this repeat of the episode; default: the most successful.")
+    ] = None,
     robots: Annotated[
         str | None, typer.Option(metavar="N|N-M", help="Show teams of these sizes, side by side.")
     ] = None,
@@ -102,7 +105,7 @@ def replay(
         replay_video.check(video)
     if run is None:
         without_effect(context, "with --best", "live", "generation", "force")
-        episodes = replay_episode.shipped_episodes(repeat, sizes, settings or [])
+        episodes = replay_episode.shipped_episodes(repeat or 0, sizes, settings or [])
         page = replay_page.render(episodes, shipped.TITLE)
         html = html or (None if video or serve else Path("replay-best.html"))
         _put(page, html, video, speed, span, serve, port, episodes)
@@ -110,7 +113,7 @@ def replay(
     folder, genome = run_and_individual(run)
     if live:
         with Store.open(folder) as store:
-            replay_episode.choose(store, genome)  # else the page alone would say that there is none
+            replay_episode.choose(store, genome, repeat=0)  # else the page alone would say that there is none
             other_world.load(store, settings or [])
         _serve(replay_page.render([], f"{folder.name}, live", live=True), port, folder, genome, settings or [])
         return

@@ -21,7 +21,7 @@ from swarmevo.protocols import FloatArray, IntArray
 from swarmevo.runs import checksums
 from swarmevo.runs.database import damaged
 from swarmevo.runs.folder import RunFolder, readable
-from swarmevo.runs.records import Individuals, Summary, Totals
+from swarmevo.runs.records import Individuals, Lives, Summary, Totals
 from swarmevo.runs.schema import from_rows
 
 
@@ -231,6 +231,25 @@ class StoreReader(RunFolder):
             push_rate=pushes / episodes,
             push_time=_mean(times[:, 1], pushes),
             success_rates=successes / episodes[:, np.newaxis],
+        )
+
+    @readable
+    def lives(self, genome: int, trial: int, generation: int | None = None) -> Lives:
+        """Return a genome's episodes in a trial, or in one generation of it; there may be none."""
+        rows = self._rows(
+            f"SELECT individual.generation, {', '.join(self._episode_columns)} FROM individual JOIN episode"
+            " ON episode.trial = individual.trial AND episode.generation = individual.generation"
+            " AND episode.individual = individual.number"
+            " WHERE individual.trial = ?1 AND genome = ?2 AND (?3 IS NULL OR individual.generation = ?3)"
+            " ORDER BY individual.generation DESC, individual.number, repeat",
+            trial,
+            genome,
+            generation,
+        )
+        return Lives(
+            generation=np.array([row[0] for row in rows], dtype=np.int64),
+            session=np.array([row[1] for row in rows], dtype=np.int64),
+            episodes=self._results([row[3:] for row in rows], 0.0, tuple(row[2] or "" for row in rows)),
         )
 
     @readable

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from swarmevo.evolution.results import Results
 from swarmevo.protocols import FloatArray
 
 
@@ -65,6 +66,18 @@ class Individuals:
     """``(k,)``: mean over the episodes in which it did [s]; NaN: in none."""
     success_rates: FloatArray
     """``(k, m)``: share of those episodes that were a success in each objective; 0 where it says nothing of success."""
+
+
+@dataclass(frozen=True)
+class Lives:
+    """The episodes of one genome in one trial: k, those of the last generation first."""
+
+    generation: NDArray[np.int64]
+    """``(k,)``"""
+    session: NDArray[np.int64]
+    """``(k,)``: that ran each."""
+    episodes: Results
+    """k, within a generation by place and repeat."""
 
 
 @dataclass(frozen=True)

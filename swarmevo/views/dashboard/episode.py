@@ -15,7 +15,7 @@ MOST_BYTES: Final = 1_000_000
 
 
 def replayed(folder: Path, trial: int, generation: int, genome: int) -> dict[str, Any]:
-    """Return an individual's first episode of a generation for the player, simulated once more.
+    """Return an individual's most successful episode of a generation for the player, simulated once more.
 
     Of the run only that generation is read. Where the bits differ, the episode says so itself.
 
@@ -30,5 +30,5 @@ def replayed(folder: Path, trial: int, generation: int, genome: int) -> dict[str
         if chosen.fault:
             replay_episode.replay(store, chosen)  # says why there is nothing to show
         recording, warning = replay_episode.replay(store, chosen, force=True)
-    where = f"trial {trial}, generation {generation}"
+    where = f"trial {trial}, generation {generation}, repeat {chosen.key.repeat}"
     return replay_data.data(recording, f"Individual {genome}", where, warning, MOST_BYTES)

@@ -13,10 +13,11 @@ import numpy as np
 from swarmevo import config as configuration
 from swarmevo import simulation
 from swarmevo.analysis import fronts, shipped
-from swarmevo.analysis.measures import measures_of
+from swarmevo.analysis.measures import HOMING, PUSH, measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ReplayError
+from swarmevo.evolution.results import Results
 from swarmevo.protocols import FloatArray
 from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
@@ -47,66 +48,78 @@ class Chosen:
 # ---- which episode ---------------------------------------------------------------------------------------------------
 
 
-def choose(store: Store, genome: int | None = None, generation: int | None = None, repeat: int = 0) -> Chosen:
+def choose(store: Store, genome: int | None = None, generation: int | None = None, repeat: int | None = None) -> Chosen:
     """Return one of an individual's stored episodes.
 
     Args:
         store: The run.
         genome: The individual's id; None: the most successful of the global front.
-        generation: In which it was evaluated; None: the last one.
-        repeat: Which of that evaluation's episodes.
+        generation: In which it was evaluated; None: any, or with a ``repeat`` the last one.
+        repeat: Which of that evaluation's episodes; None: the most successful one, of equals that of the last
+            generation with the lowest number.
 
     Raises:
         ReplayError: The run has no such episode.
         StoreError: The run cannot be read.
     """
-    genome, trial, last = _individual(store, genome)
-    return chosen_of(store, genome, trial, last if generation is None else generation, repeat, last)
+    return chosen_of(store, *_individual(store, genome), generation, repeat)
 
 
-def chosen_of(store: Store, genome: int, trial: int, number: int, repeat: int = 0, last: int | None = None) -> Chosen:
-    """Return an episode of a generation, of which alone the store is read.
+def chosen_of(
+    store: Store, genome: int, trial: int, generation: int | None = None, repeat: int | None = None
+) -> Chosen:
+    """Return one of the stored episodes of an individual of a trial, from 0; see :func:`choose`.
 
-    Args:
-        store: The run.
-        genome: The individual's id.
-        trial: From 0.
-        number: Of the generation.
-        repeat: Which of its episodes there.
-        last: Generation in which the individual was evaluated last, for the message that it was not in this one.
+    With a ``generation`` no other one is read.
 
     Raises:
         ReplayError: There is no such episode.
         StoreError: The run cannot be read.
     """
-    stored, sessions = store.generation(trial, number), store.sessions(trial, number)
-    places = np.flatnonzero(store.genome_ids(trial, number) == genome)
-    if len(places) == 0:
+    lives = store.lives(genome, trial, generation)
+    if len(lives.generation) == 0:
+        others = store.lives(genome, trial).generation
         raise ReplayError(
-            f"{store.folder}: individual {genome} was not evaluated in generation {number}"
-            + ("" if last is None else f", but in {last}")
+            f"{store.folder}: individual {genome} was not evaluated in generation {generation}"
+            + (f", but in {others[0]}" if len(others) else "")
         )
-    its_own = np.flatnonzero(stored.episodes.individual == places[0])
-    if not 0 <= repeat < len(its_own):
-        raise ReplayError(f"{store.folder}: expected a repeat from 0 to {len(its_own) - 1}, got {repeat}")
-    key, i = EpisodeKey(store.seed, trial, number, repeat), its_own[repeat]
-    hash, fault = int(stored.episodes["hash"][i]), stored.episodes.faults[i]
-    return Chosen(genome, stored.genomes[places[0]], key, hash, int(sessions[i]), fault)
+    if repeat is None:
+        i = _most_successful(store, lives.episodes)
+    else:
+        its_own = np.flatnonzero(lives.generation == lives.generation[0])
+        if not 0 <= repeat < len(its_own):
+            raise ReplayError(f"{store.folder}: expected a repeat from 0 to {len(its_own) - 1}, got {repeat}")
+        i = int(its_own[repeat])
+    key = EpisodeKey(store.seed, trial, int(lives.generation[i]), int(lives.episodes.repeat[i]))
+    hash, fault = int(lives.episodes["hash"][i]), lives.episodes.faults[i]
+    return Chosen(genome, store.genome(genome), key, hash, int(lives.session[i]), fault)
 
 
-def _individual(store: Store, genome: int | None) -> tuple[int, int, int]:
-    """Return an individual's id, a trial that it lived in, and the last generation in which it was evaluated there."""
+def _most_successful(store: Store, episodes: Results) -> int:
+    """Return the first of those episodes that did not fail and succeeded best in what matters most in the task."""
+    measures = measures_of(store.config, store.objectives)
+    rates = {
+        PUSH: ~np.isnan(episodes["push_time"]),
+        HOMING: np.count_nonzero(~np.isnan(episodes["homing_time"]), axis=1) / episodes["robots"],
+    }
+    rates |= {one.name: one.is_success(episodes["objective"][:, k]) for k, one in enumerate(store.objectives)}
+    ranked = [[fault == "" for fault in episodes.faults], *(rates[rate] for rate in measures.rates)]
+    return int(np.lexsort([-np.asarray(rate, dtype=np.float64) for rate in reversed(ranked)])[0])
+
+
+def _individual(store: Store, genome: int | None) -> tuple[int, int]:
+    """Return an individual's id and a trial that it lived in."""
     if genome is None:
         front = fronts.front(store)
         if not front:
             raise ReplayError(f"{store.folder}: there is no individual yet; go on with: swarmevo resume {store.folder}")
         best = fronts.most_successful(front, measures_of(store.config, store.objectives))
-        return best.genome, best.trial, best.last_generation
+        return best.genome, best.trial
     found = store.individuals()
     places = np.flatnonzero(found.genome == genome)
     if len(places) == 0:
         raise ReplayError(f"{store.folder}: there is no individual {genome}; see: swarmevo show {store.folder}")
-    return genome, int(found.trial[places[0]]), int(found.last_generation[places[0]])
+    return genome, int(found.trial[places[0]])
 
 
 # ---- once more -------------------------------------------------------------------------------------------------------

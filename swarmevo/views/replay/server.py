@@ -141,7 +141,7 @@ def live_episodes(folder: Path, genome: int | None, overrides: Sequence[str] = (
 
     def episode(number: int) -> Events:
         with Store.open(folder) as store:
-            chosen = replay_episode.choose(store, genome)
+            chosen = replay_episode.choose(store, genome, repeat=0)
             key = chosen.key._replace(repeat=number)
             settings = other_world.load(store, overrides)
             changes = other_world.changes(store.config, settings)

@@ -77,7 +77,7 @@ class Run:
         episodes, faults = {}, {}
         for i, point in enumerate(replayed, 1):
             observe(f"{name}: replay {i} of {len(replayed)}")
-            chosen = replay_episode.choose(store, point.genome, point.last_generation)
+            chosen = replay_episode.chosen_of(store, point.genome, point.trial)
             try:
                 episodes[point.trial, point.genome] = _episode(store, chosen)
             except EvaluationError as error:
@@ -99,7 +99,7 @@ class Run:
 def _episode(store: Store, chosen: replay_episode.Chosen) -> dict[str, Any]:
     """Return a stored episode, simulated once more; where the bits differ it says so itself."""
     recording, warning = replay_episode.replay(store, chosen, force=True)
-    where = f"trial {chosen.key.trial}, generation {chosen.key.generation}"
+    where = f"trial {chosen.key.trial}, generation {chosen.key.generation}, repeat {chosen.key.repeat}"
     return replay_data.data(recording, f"Individual {chosen.genome}", where, warning, REPLAY_BYTES)
 
 
