@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import runpy
 import shlex
@@ -75,6 +76,7 @@ def write_configuration(page: Path) -> list[str]:
 @pytest.fixture
 def short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs get every configuration with a small budget."""
+    importlib.import_module("swarmevo.runs.folder")  # keeps the load of its first import, which must not be ours
     load = config.load
 
     def load_short(*arguments: Any) -> Config:
