@@ -16,6 +16,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import small_runs
@@ -198,10 +199,26 @@ def test_an_individuals_stored_episode_is_replayed(place: Path, detail: dict[str
     found = episode.replayed(folder, point["trial"], point["generation"], point["genome"])
     assert (found["title"], found["warning"]) == (f"Individual {point['genome']}", "")  # the stored bits
     assert sum(chunk["steps"] for chunk in found["chunks"]) == 20
+    assert (found["repeat"], len(found["repeats"])) == (0, 1)
     with pytest.raises(ReplayError, match=r"individual 99 was not evaluated in generation 0$"):
         episode.replayed(folder, 0, 0, 99)
     with pytest.raises(StoreError):
         episode.replayed(folder, 0, 99, 1)
+
+
+def test_any_repeat_is_replayed(tmp_path: Path) -> None:
+    folder = small_runs.make(tmp_path / "run", "evolution.repeats=3", "episode.horizon=20", "team.robots=5")
+    with Store.open(folder) as store:
+        best, trial = store.genome_ids(0, 1)[0], 0
+        episodes = store.lives(int(best), trial, 1).episodes
+    for repeat in range(3):
+        found = episode.replayed(folder, trial, 1, int(best), repeat)
+        time = episodes["push_time"][repeat]
+        said = "not pushed" if np.isnan(time) else f"box at the wall after {time:.1f} s"
+        assert (found["repeat"], found["warning"]) == (repeat, "")
+        assert found["repeats"][repeat] == f"{repeat}, {said}"
+    with pytest.raises(ReplayError, match="expected a repeat from 0 to 2, got 3"):
+        episode.replayed(folder, trial, 1, int(best), 3)
 
 
 # ---- served ----------------------------------------------------------------------------------------------------------

@@ -167,6 +167,21 @@ def test_axe_finds_nothing_serious(browser: Browser, place: Path, monkeypatch: p
             assert [(one["id"], one["nodes"]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
+def test_another_repeat_is_played(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    small_runs.make(tmp_path / "run", "evolution.repeats=3")
+    with serving(Watch(tmp_path), monkeypatch) as port, Seen(browser, 1440, port) as page:
+        page.locator(".point").last.focus()
+        page.keyboard.press("Enter")
+        page.wait_for_function("swarmevoDashboard.run().player?.playing")
+        label = page.inner_text("[data-repeats] span")
+        assert label.startswith("Episode of generation ")
+        assert page.locator("[data-repeats] option").all_inner_texts() == [f"{k}, not pushed" for k in range(3)]
+        page.get_by_label(label).select_option("2, not pushed")
+        page.wait_for_function("document.querySelector('.sw-title p').textContent.endsWith('repeat 2')")
+        assert not page.is_visible(".sw-warning")  # it is the stored episode to the last bit
+        keep(page, "dashboard-repeats")
+
+
 def test_a_configuration_is_shown_as_text(browser: Browser, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with serving(Watch(place), monkeypatch) as port, Seen(browser, 1440, port) as page:
         page.click("[data-config] summary")

@@ -11,6 +11,7 @@ import asyncio
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager, suppress
+from functools import partial
 from typing import Any, Final
 
 import uvicorn
@@ -104,7 +105,8 @@ def application(watch: Watch, page: str) -> Starlette:
 
     async def replay(request: Request) -> Response:
         return await hub.replay(
-            *(request.query_params.get(name, "") for name in ("run", "trial", "generation", "genome"))
+            *(request.query_params.get(name, "") for name in ("run", "trial", "generation", "genome")),
+            *([request.query_params["repeat"]] if "repeat" in request.query_params else []),
         )
 
     async def configuration(request: Request) -> Response:
@@ -205,10 +207,10 @@ class Hub:
         folder = self._watch.folder(run)
         if folder is None or not all(text.isdecimal() and len(text) < 19 for text in place):
             return JSONResponse({"error": "there is no such episode"}, status_code=404)
-        trial, generation, genome = map(int, place)
         try:
+            replayed = partial(episode.replayed, folder, *map(int, place))
             found: dict[str, Any] = await to_thread.run_sync(
-                episode.replayed, folder, trial, generation, genome, limiter=self._one_at_a_time, abandon_on_cancel=True
+                replayed, limiter=self._one_at_a_time, abandon_on_cancel=True
             )
         except SwarmevoError as error:
             return JSONResponse({"error": str(error)}, status_code=409)

@@ -136,18 +136,33 @@ const SwarmevoRun = (() => {
       this._find("[data-chosen]").hidden = false;
     }
 
-    async _choose(point, place) {
-      this.chosen = point;
+    _choose(point, place) {
       this.chart.mark(place);
       this._facts(point);
       this._text("left-front", "");
+      this._find("[data-repeats]").hidden = true;
+      this._load(point, {});
+    }
+
+    /** Play the most successful episode of an individual's last generation, or that of a repeat. */
+    async _load(point, repeat) {
+      const asked = (this.asked = {}), { trial, generation, genome } = point;
+      this.chosen = point;
       if (!this.player) this._hint("The episode is simulated once more ...");
-      const { trial, generation, genome } = point;
-      const answer = await ask(`episode?${new URLSearchParams({ run: this.id, trial, generation, genome })}`);
+      const answer = await ask(`episode?${new URLSearchParams({ run: this.id, trial, generation, genome, ...repeat })}`);
       const episode = await answer.json().catch(() => ({ error: "The dashboard has ended." }));
-      if (this.closed || this.chosen !== point) return;
-      if (episode.error) this._hint(episode.error);
-      else this._play(episode);
+      if (this.closed || this.asked !== asked) return;
+      if (episode.error) return this._hint(episode.error);
+      this._repeats(point, episode);
+      this._play(episode);
+    }
+
+    _repeats(point, episode) {
+      const place = this._find("[data-repeats]"), select = place.querySelector("select");
+      place.hidden = episode.repeats.length < 2;
+      place.querySelector("span").textContent = `Episode of generation ${point.generation}`;
+      select.replaceChildren(...episode.repeats.map((line, k) => new Option(line, k, false, k === episode.repeat)));
+      select.onchange = () => this._load(point, { repeat: select.value });
     }
 
     _play(episode) {
