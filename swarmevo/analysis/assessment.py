@@ -9,7 +9,7 @@ same tests give the same bits. Each is stored once (:mod:`swarmevo.runs.tests`),
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -18,6 +18,7 @@ import numpy as np
 from swarmevo import simulation
 from swarmevo.analysis import fronts
 from swarmevo.analysis.bench import Bench, Candidate, Observe, test_key
+from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.analysis.measures import Measures, measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.analysis.sequential import Until, decide, settled, successes
@@ -403,6 +404,39 @@ def _worlds(settings: Config) -> dict[str, tuple[str, Config]]:
     return {name: world for name, world in worlds.items() if not simulation.scene_errors(world[1])}
 
 
+# ---- the most successful ---------------------------------------------------------------------------------------------
+
+
+def most_successful(store: Store, tests: Assessment | None = None) -> FrontPoint:
+    """Return who of the fronts succeeds most often in what matters most.
+
+    Tests decide among the fronts of all trials where all controllers have had them, each as many of them as episodes in
+    evolution at least. Else what evolution knows decides, among the front over all trials.
+
+    Args:
+        store: The run.
+        tests: Of its fronts, as :func:`stored` returns them; None: they are read here.
+
+    Raises:
+        StoreError: There is no generation yet, or it cannot be read.
+    """
+    points = [point for trial in store.trials() for point in fronts.front(store, trial)]
+    if not points:
+        raise StoreError(f"{store.folder}: expected at least one generation, but none is stored yet")
+    tests = stored(store) if tests is None else tests
+    by_place = {(point.trial, point.genome): point for point in points}
+    if tests is None or not _know_more(tests, by_place):
+        return fronts.most_successful(fronts.front(store), measures_of(store.config, store.objectives))
+    best = tests.most_successful
+    return by_place[best.trial, best.genome]
+
+
+def _know_more(tests: Assessment, points: Mapping[tuple[int, int], FrontPoint]) -> bool:
+    """Return whether tests know as much of every controller as evolution does."""
+    done = {(one.trial, one.genome): sum(outcome.tests for outcome in one.outcomes) for one in tests.controllers}
+    return not tests.untested and all(done.get(place, 0) >= point.episodes for place, point in points.items())
+
+
 # ---- watching -------------------------------------------------------------------------------------------------------
 
 
@@ -411,7 +445,7 @@ def watch(store: Store, genome: int | None = None) -> Recording:
 
     Args:
         store: The run.
-        genome: Id of the individual's genome; None: the most successful of the global front.
+        genome: Id of the individual's genome; None: the most successful.
 
     Raises:
         EvaluationError: An episode failed.
@@ -423,15 +457,13 @@ def watch(store: Store, genome: int | None = None) -> Recording:
 
 
 def watched(store: Store, genome: int | None = None) -> tuple[int, int]:
-    """Return a genome's id and its trial, where it is in several the first; None is the front's most successful.
+    """Return a genome's id and its trial, where it is in several the first; None is the run's most successful.
 
     Raises:
         StoreError: There is no such genome, or no generation yet.
     """
     if genome is None:
-        if not (front := fronts.front(store)):
-            raise StoreError(f"{store.folder}: expected at least one generation, but none is stored yet")
-        best = fronts.most_successful(front, measures_of(store.config, store.objectives))
+        best = most_successful(store)
         return best.genome, best.trial
     found = store.individuals()
     trials = found.trial[found.genome == genome]

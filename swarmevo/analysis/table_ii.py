@@ -6,12 +6,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from statistics import fmean
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pydantic
 
-from swarmevo.analysis.measures import Measures
+from swarmevo.analysis.measures import HOMING, PUSH, Measures
 from swarmevo.analysis.sequential import Decision, Until
 from swarmevo.protocols import FloatArray, Objective
 
@@ -69,6 +70,10 @@ class Outcome:
     """For each objective that says what a success is, the share of tests that were one."""
     objectives: dict[str, Mean] = field(default_factory=dict)
     """Of each objective that is measured in an episode."""
+
+    def rate(self, name: str) -> float:
+        """Return one of the rates that a task's :class:`~swarmevo.analysis.measures.Measures` name."""
+        return {PUSH: self.push_rate, HOMING: self.homing_rate, **self.success_rates}[name]
 
 
 @dataclass(frozen=True)
@@ -134,6 +139,15 @@ class Assessment:
     """Of each controller and team size, if something was to be decided."""
     untested: int = 0
     """Controllers of the fronts without some of these tests."""
+
+    @property
+    def most_successful(self) -> Tested:
+        """Who succeeded most often in what matters most, in the mean over the team sizes; of equals the first."""
+
+        def rates(tested: Tested) -> list[float]:
+            return [fmean(one.rate(name) for one in tested.outcomes) for name in self.measures.rates]
+
+        return max(self.controllers, key=rates)
 
 
 def outcome(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -262,6 +263,52 @@ def test_individuals_are_tested_in_smaller_teams_only(tmp_path: Path) -> None:
         assess(run, sizes=(4,))
 
 
+# ---- the most successful ---------------------------------------------------------------------------------------------
+
+
+def with_rates(found: table_ii.Assessment, *rates: list[float]) -> table_ii.Assessment:
+    """Return tests in which controllers pushed at these rates, with each team size."""
+    controllers = [
+        replace(one, outcomes=[replace(o, push_rate=rate) for o, rate in zip(one.outcomes, own, strict=True)])
+        for one, own in zip(found.controllers, rates, strict=True)
+    ]
+    return replace(found, controllers=controllers)
+
+
+def test_tests_decide_over_all_trials_once_they_know_more(run: Path) -> None:
+    found = assess(run, repeats=2)  # with two team sizes: more tests than the two episodes in evolution
+    places = [(one.trial, one.genome) for one in found.controllers]
+    assert len(places) > 2
+    assert {trial for trial, _ in places} == {0, 1}
+    with Store.open(run) as store:
+        evolved = fronts.most_successful(fronts.front(store), measures_of(store.config, store.objectives))
+        for best in range(len(places)):
+            rates = [[0.7, 0.6]] * len(places)
+            rates[best] = [0.5, 0.9]  # the mean counts
+            tests = with_rates(found, *rates)
+            chosen = assessment.most_successful(store, tests)
+            assert (chosen.trial, chosen.genome) == places[best]
+            assert (tests.most_successful.trial, tests.most_successful.genome) == places[best]
+            for worse in (replace(tests, untested=1), replace(tests, controllers=tests.controllers[:-1])):
+                assert assessment.most_successful(store, worse) == evolved
+            few = [replace(one, outcomes=[replace(o, tests=0) for o in one.outcomes]) for one in tests.controllers]
+            assert assessment.most_successful(store, replace(tests, controllers=few)) == evolved
+
+
+def test_stored_tests_decide(run: Path) -> None:
+    found = assess(run, repeats=5)
+    with Store.open(run) as store:
+        chosen = assessment.most_successful(store)
+        assert assessment.watched(store) == (chosen.genome, chosen.trial)
+    homed = {(one.trial, one.genome): np.mean([o.homing_rate for o in one.outcomes]) for one in found.controllers}
+    assert not any(o.push_rate for one in found.controllers for o in one.outcomes)  # so homing decides
+    assert homed[chosen.trial, chosen.genome] == max(homed.values())
+    (run / TESTS_FILE).unlink()
+    with Store.open(run) as store:
+        best = fronts.most_successful(fronts.front(store), measures_of(store.config, store.objectives))
+        assert assessment.most_successful(store) == best
+
+
 # ---- watching --------------------------------------------------------------------------------------------------------
 
 
@@ -269,7 +316,7 @@ def test_watching_shows_the_tests(run: Path) -> None:
     found = assess(run, sizes=(3,), repeats=assessment.REPEATS)
     with Store.open(run) as store:
         seen = assessment.watch(store)
-        best = fronts.most_successful(fronts.front(store), measures_of(store.config, store.objectives))
+        best = assessment.most_successful(store)
     assert [key.trial for key in seen.keys] == [best.trial] * assessment.REPEATS
     homing = np.isfinite(seen.telemetry.homing_time).mean()
     (tested,) = [one for one in found.controllers if (one.trial, one.genome) == (best.trial, best.genome)]

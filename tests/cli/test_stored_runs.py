@@ -144,7 +144,7 @@ def test_an_individual_that_cannot_be_is_just_not_there(swarmevo_: Swarmevo, run
     asked = {
         f"there is no genome {number}": ("export", run, "--controller", number),
         f"there is no individual {number}": ("replay", f"{run}:{number}"),
-        f"there is no generation {number} of trial": ("replay", run, "--generation", number),
+        f"was not evaluated in generation {number}, but in": ("replay", run, "--generation", number),
         "expected a repeat from 0 to 0": ("replay", run, "--repeat", number),
     }
     for told, command in asked.items():

@@ -32,6 +32,8 @@ def show_assessment(found: Assessment, whose: str) -> None:
     if found.changes:
         out.print(f"In another world than that of evolution: {', '.join(found.changes)}")
     out.print(_table_ii(found) if found.measures.paper else _task(found))
+    if len(found.controllers) > 1 and found.measures.rates:
+        out.print(_most_successful(found))
     if found.robustness:
         out.print(f"\nRobustness, {found.robustness[0].outcome.robots} robots")
         table = output.table("world", "changes", *_heads(found))
@@ -62,6 +64,14 @@ def _task(found: Assessment) -> Table:
     for row in found.rows:
         table.add_row(str(row.robots), *map(text.plain, text.measured(row, found.measures)))
     return table
+
+
+def _most_successful(found: Assessment) -> str:
+    best, name = found.most_successful, found.measures.rates[0]
+    rates = ", ".join(f"{100 * one.rate(name):.1f}" for one in best.outcomes)
+    sizes = ", ".join(str(one.robots) for one in best.outcomes)
+    who = f"individual {best.genome} of trial {best.trial}"
+    return text.plain(f"Most successful of them: {who}, {text.words(name)} in {rates} % with {sizes} robots")
 
 
 def _heads(found: Assessment) -> list[str]:

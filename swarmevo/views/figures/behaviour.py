@@ -52,7 +52,7 @@ def paths(
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
-        genome: Its id; None: the most successful of the global front.
+        genome: Its id; None: the most successful.
         test: Number of the test; None: the most successful one.
         width: Of the figure [inches].
     """
@@ -87,7 +87,7 @@ def occupancy(run: Run | Recording, genome: int | None = None, width: float = st
 
     Args:
         run: Or tests that :func:`swarmevo.analysis.assessment.watch` recorded.
-        genome: Its id; None: the most successful of the global front.
+        genome: Its id; None: the most successful.
         width: Of the figure [inches].
     """
     seen = _recording(run, genome)

@@ -35,7 +35,7 @@ def network(run: Run, genome: int | None = None, width: float = style.COLUMN) ->
     Args:
         run: Whose controller is a network that the library runs: :class:`~swarmevo.protocols.FeedForward`,
             :class:`~swarmevo.protocols.Linear` or :class:`~swarmevo.protocols.Recurrent`.
-        genome: Its id; None: the most successful of the global front.
+        genome: Its id; None: the most successful.
         width: Of the figure [inches].
 
     Raises:

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarmevo import config as configuration
 from swarmevo import simulation
-from swarmevo.analysis import fronts, shipped
+from swarmevo.analysis import assessment, shipped
 from swarmevo.analysis.measures import HOMING, PUSH, measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
@@ -53,7 +53,7 @@ def choose(store: Store, genome: int | None = None, generation: int | None = Non
 
     Args:
         store: The run.
-        genome: The individual's id; None: the most successful of the global front.
+        genome: The individual's id; None: the most successful (:func:`swarmevo.analysis.assessment.most_successful`).
         generation: In which it was evaluated; None: any, or with a ``repeat`` the last one.
         repeat: Which of that evaluation's episodes; None: the most successful one, of equals that of the last
             generation with the lowest number.
@@ -110,11 +110,9 @@ def _most_successful(store: Store, episodes: Results) -> int:
 def _individual(store: Store, genome: int | None) -> tuple[int, int]:
     """Return an individual's id and a trial that it lived in."""
     if genome is None:
-        front = fronts.front(store)
-        if not front:
+        if not store.trials():
             raise ReplayError(f"{store.folder}: there is no individual yet; go on with: swarmevo resume {store.folder}")
-        best = fronts.most_successful(front, measures_of(store.config, store.objectives))
-        return best.genome, best.trial
+        return assessment.watched(store)
     found = store.individuals()
     places = np.flatnonzero(found.genome == genome)
     if len(places) == 0:

@@ -44,7 +44,7 @@ class Run:
     best: set[tuple[int, int]]
     """(trial, genome) of those on the front over all trials."""
     opened: FrontPoint
-    """The most successful of the global front, whom the page opens on."""
+    """The most successful, whom the page opens on."""
     episodes: dict[tuple[int, int], dict[str, Any]]
     """(trial, genome): an episode for the player."""
     faults: dict[tuple[int, int], str]
@@ -64,7 +64,8 @@ class Run:
         if not summary.front:
             raise StoreError(f"{store.folder}: expected at least one generation to report, but none is stored yet")
         best = {(point.trial, point.genome) for point in summary.front}
-        opened = fronts.most_successful(summary.front, summary.measures)
+        tests = assessment.stored(store)
+        opened = assessment.most_successful(store, tests)
         points = [point for trial in summary.trials for point in trial.front]
         team = Team(store.config)
         for point in points:  # what another version of a plugin evolved is no single episode's fault
@@ -83,7 +84,7 @@ class Run:
             except EvaluationError as error:
                 faults[point.trial, point.genome] = chosen.fault or str(error)
         scene = surroundings(store.config)
-        return cls(number, name, summary, assessment.stored(store), points, best, opened, episodes, faults, scene)
+        return cls(number, name, summary, tests, points, best, opened, episodes, faults, scene)
 
     @property
     def homing(self) -> str:
