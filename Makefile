@@ -57,7 +57,7 @@ dev: $(VENV)/installed-dev
 
 evolve: $(call needs,)
 	@run=runs/best-$$(date +%Y%m%d-%H%M%S); \
-	$(BIN)/swarmevo evolve best --set optimiser.cma.starts=5 optimiser.cma.start_generations=25 \
+	$(BIN)/swarmevo evolve best --trials 1 --set optimiser.cma.starts=5 optimiser.cma.start_generations=25 \
 	    evolution.generations=170 evolution.refine=0.1 --out $$run; \
 	$(BIN)/swarmevo report $$run
 

@@ -13,12 +13,13 @@ import pytest
 import small_runs
 from swarmevo.analysis import census, fronts
 from swarmevo.plugins.team import load_config
+from swarmevo.protocols import FloatArray
 from swarmevo.runs.store import Store
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[2]))
 
-from benchmarks import hidden_neurons, made_by, results, results_paper
+from benchmarks import choices, hidden_neurons, made_by, results, results_paper
 
 
 @pytest.mark.parametrize(
@@ -110,3 +111,25 @@ def test_of_each_number_of_hidden_neurons_who_pushed_most_in_evolution_is_tested
     for point in points:
         assert point.push_interval[0] <= found[int(point.objectives["hidden_neurons"])].push_interval[0]
     assert len(row) == len(hidden_neurons.HEAD)
+
+
+def test_of_every_choice_of_trials_the_one_that_pushes_most_is_chosen() -> None:
+    rates = np.array([[0.9, 0.9, 0.9], [1.0, 1.0, 0.6], [0.8, 1.0, 1.0], [0.9, 0.9, 0.9]])
+    assert choices.chosen(rates, 1) == [0, 1, 2, 3]
+    assert choices.chosen(rates, 2) == [0, 2, 0, 2, 3, 2]
+    assert choices.chosen(rates, 4) == [2]
+
+
+def test_the_page_of_choices_judges_by_other_tests_than_it_chooses_by(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "two.csv").write_text("1,2\n3,4\n")
+
+    def push_rates(genomes: FloatArray, tests: int, seed: int) -> FloatArray:
+        first = np.array([[0.98, 0.98, 1.0], [1.0, 1.0, 1.0]])
+        return first if seed == choices.CHOOSING else first[::-1]
+
+    monkeypatch.setattr(choices, "push_rates", push_rates)
+    said = choices.page([tmp_path / "two.csv"], trials=2, tests=7)
+    assert "| two, 0 | 98.0 % | 98.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % | yes |" in said
+    assert "| 1 | 2 | 1 | 50.0 % |\n| 2 | 1 | 0 | 0.0 % |" in said  # the second was chosen, and falls short
