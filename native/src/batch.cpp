@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -22,21 +23,35 @@ EpisodeKey key_of(const swe_episode& e) {
 // The episode whose policies this thread runs.
 thread_local const swe_episode* running = nullptr;
 
-// A plugin's compiled policy may call exit(): the process would end as if all were well.
+// A plugin's compiled policy may call exit(): the process would end as if all were well. Where several threads call it,
+// each takes the next function that was registered: the first one speaks and ends the process, the others wait for
+// that.
 void name_episode_at_exit() {
     if (!running) return;
+    static std::atomic_flag is_told = ATOMIC_FLAG_INIT;
+    while (is_told.test_and_set()) pause();
     std::fprintf(stderr, "error: trial %u, generation %u, repeat %u: a compiled policy ended the process\n",
                  running->trial, running->generation, running->repeat);
     _exit(EXIT_FAILURE);
 }
 
+// Threads that run policies now, and how often the function above is registered: as often as there ever were threads at
+// once.
+std::atomic<unsigned> threads_running = 0, registered = 0;
+
 class Running {
   public:
     explicit Running(const swe_episode& episode) {
-        [[maybe_unused]] static const int registered = std::atexit(name_episode_at_exit);
+        const unsigned wanted = ++threads_running;
+        for (unsigned known = registered; known < wanted;) {
+            if (registered.compare_exchange_weak(known, known + 1)) std::atexit(name_episode_at_exit);
+        }
         running = &episode;
     }
-    ~Running() { running = nullptr; }
+    ~Running() {
+        running = nullptr;
+        --threads_running;
+    }
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
 };

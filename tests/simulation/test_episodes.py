@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 from __future__ import annotations
 
+import contextlib
 import copy
 import ctypes
 import itertools
 import math
+import os
 import pickle
 import re
 import shutil
@@ -396,28 +398,58 @@ def test_a_compiled_function_takes_the_networks_place() -> None:
     assert np.all(commands[1, :5, :, 1] == 1)
 
 
-def test_a_compiled_function_that_exits_is_told(tmp_path: Path) -> None:
-    """Case 1: the process ended with rc 0 and without a word."""
-    (tmp_path / "exits.c").write_text("#include <stdlib.h>\nvoid drive(void) { exit(0); }\n")
+def exiting(folder: Path, threads: int) -> list[str]:
+    """Return a command that simulates a policy which calls exit() in so many threads at once."""
+    (folder / "exits.c").write_text(f"""#include <stdlib.h>
+static int inside;
+void drive(void) {{
+    __atomic_fetch_add(&inside, 1, __ATOMIC_SEQ_CST);
+    while (__atomic_load_n(&inside, __ATOMIC_SEQ_CST) < {threads}) {{}}
+    exit(0);
+}}
+""")
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         pytest.skip("needs a C compiler")
-    subprocess.run([compiler, "-shared", "-fPIC", "exits.c", "-o", "exits.so"], cwd=tmp_path, check=True)
+    subprocess.run([compiler, "-shared", "-fPIC", "exits.c", "-o", "exits.so"], cwd=folder, check=True)
     program = f"""
 import ctypes, numpy as np
 from swarmevo.config import Config
 from swarmevo.protocols import Compiled
 from swarmevo.simulation import EpisodeKey, Scene, simulate
-drive = ctypes.cast(ctypes.CDLL({str(tmp_path / "exits.so")!r}).drive, ctypes.c_void_p).value
-keys = [EpisodeKey(7, 1, 2, repeat) for repeat in (3, 4)]
-simulate(Scene(Config()), Compiled(drive, np.zeros((1, 1))), keys, np.zeros((2, 5), dtype=np.uint32), threads=THREADS)
+drive = ctypes.cast(ctypes.CDLL({str(folder / "exits.so")!r}).drive, ctypes.c_void_p).value
+keys, policies = [EpisodeKey(7, 1, 2, repeat) for repeat in (3, 4)], Compiled(drive, np.zeros((1, 1)))
+simulate(Scene(Config()), policies, keys, np.zeros((2, 5), dtype=np.uint32), threads={threads})
 """
-    for threads in (1, 2):
-        code = program.replace("THREADS", str(threads))
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-        assert done.returncode == 1
-        told = r"error: trial 1, generation 2, repeat [34]: a compiled policy ended the process\n"
-        assert re.search(told, done.stderr)
+    return [sys.executable, "-c", program]
+
+
+EXITED = re.compile(r"error: trial 1, generation 2, repeat [34]: a compiled policy ended the process\n")
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_compiled_function_that_exits_is_told(tmp_path: Path, threads: int) -> None:
+    """Case 1: the process ended with rc 0 and without a word."""
+    done = subprocess.run(exiting(tmp_path, threads), capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert EXITED.fullmatch(done.stderr)
+
+
+def test_a_thread_that_exits_waits_for_another_that_tells_it(tmp_path: Path) -> None:
+    """Who tells it is held up by a pipe that is full; it was ended meanwhile by the other one, with rc 0."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writing, b"-" * 4096)
+    os.set_blocking(writing, True)
+    with subprocess.Popen(exiting(tmp_path, 2), stderr=writing) as process:
+        os.close(writing)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(timeout=4)
+        with open(reading) as told:
+            assert EXITED.search(told.read())
+    assert process.returncode == 1
 
 
 @pytest.mark.parametrize(
