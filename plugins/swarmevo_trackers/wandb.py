@@ -93,7 +93,7 @@ _FULL, _FIRST, _MIDDLE, _LAST = 1, 2, 3, 4
 
 
 def _records(content: bytes) -> Iterator[bytes]:
-    """Yield the records of a log in LevelDB's format, as far as they were written; W&B has no reader of its own."""
+    """Yield the records of a log in LevelDB's format, as far as they were written; W&B has no reader for Python."""
     place, record = _FILE_HEADER, b""
     while place + _HEADER.size <= len(content):
         if (left := _BLOCK - place % _BLOCK) < _HEADER.size:

@@ -235,13 +235,18 @@ class StoreReader(RunFolder):
 
     @readable
     def lives(self, genome: int, trial: int, generation: int | None = None) -> Lives:
-        """Return a genome's episodes in a trial, or in one generation of it; there may be none."""
+        """Return a genome's episodes in a trial, or in one generation of it; there may be none.
+
+        Of a genome that is twice in a generation, and so ran the same episodes twice, they come once.
+        """
         rows = self._rows(
             f"SELECT individual.generation, {', '.join(self._episode_columns)} FROM individual JOIN episode"
             " ON episode.trial = individual.trial AND episode.generation = individual.generation"
             " AND episode.individual = individual.number"
             " WHERE individual.trial = ?1 AND genome = ?2 AND (?3 IS NULL OR individual.generation = ?3)"
-            " ORDER BY individual.generation DESC, individual.number, repeat",
+            " AND NOT EXISTS (SELECT 1 FROM individual AS before WHERE before.trial = individual.trial AND"
+            " before.generation = individual.generation AND before.number < individual.number AND before.genome = ?2)"
+            " ORDER BY individual.generation DESC, repeat",
             trial,
             genome,
             generation,

@@ -77,7 +77,7 @@ class Lives:
     session: NDArray[np.int64]
     """``(k,)``: that ran each."""
     episodes: Results
-    """k, within a generation by place and repeat."""
+    """k, within a generation by repeat."""
 
 
 @dataclass(frozen=True)

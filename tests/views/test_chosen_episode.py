@@ -34,23 +34,23 @@ class Told(NamedTuple):
     fault: str = ""
 
 
-def stored(folder: Path, settings: Config, generations: Sequence[Sequence[Told]]) -> Store:
-    """Store episodes of one individual."""
+def stored(folder: Path, settings: Config, generations: Sequence[Sequence[Told]], copies: int = 1) -> Store:
+    """Store episodes of one genome, which may be in each generation several times."""
     store = Store.create(folder / "run", config.dump(settings), {}, [GATHERED], ROBOTS, 5)
     for number, episodes in enumerate(generations):
-        push = np.array([[4.0 if one.pushed else np.nan for one in episodes]])
-        homing = np.array([[[2.0 if j < one.homed else np.nan for j in range(ROBOTS)] for one in episodes]])
+        push = np.array([[4.0 if one.pushed else np.nan for one in episodes]] * copies)
+        homing = np.array([[[2.0 if j < one.homed else np.nan for j in range(ROBOTS)] for one in episodes]] * copies)
         results = grids.results(
-            objective=np.array([[[one.gathered] for one in episodes]]),
-            hash=np.arange(len(episodes), dtype=np.uint64)[np.newaxis] + np.uint64(10 * number),
+            objective=np.array([[[one.gathered] for one in episodes]] * copies),
+            hash=np.array([range(10 * number, 10 * number + len(episodes))] * copies, dtype=np.uint64),
             push_time=push,
             homing_time=homing,
             ode_messages=np.zeros(push.shape, dtype=np.uint32),
             unsolved_steps=np.zeros(push.shape, dtype=np.uint32),
             seconds=0.5,
         )
-        results = grids.replace(results, faults=tuple(one.fault for one in episodes))
-        store.append(0, number, Generation(np.array([[1.0]]), results), "{}")
+        results = grids.replace(results, faults=tuple(one.fault for one in episodes) * copies)
+        store.append(0, number, Generation(np.array([[1.0]] * copies), results), "{}")
     return store
 
 
@@ -86,6 +86,13 @@ def test_a_task_says_itself_what_a_success_is(tmp_path: Path) -> None:
     episodes = [Told(gathered=0.5, homed=2), Told(gathered=0.95, homed=1), Told(gathered=0.9, homed=2)]
     with stored(tmp_path, NOTHING_TO_PUSH, [episodes]) as store:
         assert replay_episode.choose(store).key.repeat == 2
+
+
+def test_a_genome_that_is_twice_in_a_generation_has_its_repeats_once(tmp_path: Path) -> None:
+    with stored(tmp_path, PAPER, [[PUSHED, NOTHING, PUSHED]], copies=2) as store:
+        assert store.lives(1, 0).episodes.repeat.tolist() == [0, 1, 2]
+        with pytest.raises(ReplayError, match="expected a repeat from 0 to 2, got 3"):
+            replay_episode.choose(store, repeat=3)
 
 
 def test_who_asks_for_one_gets_it(tmp_path: Path) -> None:
