@@ -101,9 +101,6 @@ sanitized = cmake -S . -B build/$(1) -G Ninja -DSWARMEVO_TESTS=ON $(2) -DCMAKE_B
     -DCMAKE_C_COMPILER=clang -DCMAKE_C_FLAGS=-O1 -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-O1 >build/cmake-$(1).log || \
     { cat build/cmake-$(1).log; exit 1; }
 
-# The tests run in two parts, side by side: this one, and all others, which take as long together.
-LONGEST := energy never grows once*
-
 sanitize: sanitize-address sanitize-thread
 
 build-address: build/system-test build/system-fuzz
@@ -111,10 +108,7 @@ build-address: build/system-test build/system-fuzz
 	cmake --build build/address --target native_tests fuzzers
 
 sanitize-address: build-address
-	export UBSAN_OPTIONS=halt_on_error=1; \
-	build/address/native_tests --test-case='$(LONGEST)' & longest=$$!; \
-	build/address/native_tests --test-case-exclude='$(LONGEST)'; \
-	wait $$longest
+	UBSAN_OPTIONS=halt_on_error=1 build/address/native_tests
 
 sanitize-thread: build/system-test build/system-fuzz
 	$(call sanitized,thread,-DSWARMEVO_SANITIZE=thread)

@@ -13,6 +13,12 @@
 
 namespace swarmevo {
 
+#ifdef SWARMEVO_SANITIZED
+inline constexpr unsigned kStride = 10;  // sanitizers are slow, and one of ten like cases shows what they find
+#else
+inline constexpr unsigned kStride = 1;
+#endif
+
 struct Fixture {
     std::vector<double> poses;  // (robots, 3)
     swe_scene_config config{};

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import math
 import platform
@@ -28,6 +29,7 @@ def library_info() -> dict[str, str]:
     }
 
 
+@functools.cache
 def libm() -> str:
     """Return a digest of what the C library's functions return that the simulator calls: 8 hexadecimal digits.
 

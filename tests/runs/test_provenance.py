@@ -53,9 +53,10 @@ def test_a_checkout_that_git_cannot_describe_has_no_revision(tmp_path: Path, mon
 
 def test_a_libm_is_told_from_one_that_rounds_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     """One bit of one value in a hundred is enough: glibc's versions differ about as often."""
-    usual = library.libm()
+    libm = library.libm.__wrapped__  # it is the same for all of a process
+    usual = libm()
     assert re.fullmatch("[0-9a-f]{8}", usual)
-    assert library.libm() == usual
+    assert libm() == usual
     tanh = math.tanh
     monkeypatch.setattr(math, "tanh", lambda x: math.nextafter(tanh(x), 2) if round(250 * x) % 100 == 0 else tanh(x))
-    assert library.libm() != usual
+    assert libm() != usual
