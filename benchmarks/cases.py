@@ -202,9 +202,18 @@ CASES: dict[str, Callable[[], Case | LockstepCase]] = {
 }
 
 
-def measure(name: str, threads: int, repeat: int) -> dict[str, Any]:
-    """Time a case and return simulated seconds for each CPU second (median) and for each second of the clock."""
+def measure(name: str, threads: int, repeat: int, episodes: int | None = None) -> dict[str, Any]:
+    """Time a case and return simulated seconds for each CPU second (median) and for each second of the clock.
+
+    Args:
+        name: Of the case.
+        threads: To run it on.
+        repeat: How often it is run.
+        episodes: Instead of its number.
+    """
     timed, cpu_rates, rates = case(name), [], []
+    if episodes and isinstance(timed, Case):
+        timed = dataclasses.replace(timed, episodes=episodes)
     timed.run(threads)  # once to warm up
     for _ in range(repeat):
         cpu, clock = time.process_time(), time.perf_counter()
@@ -226,8 +235,9 @@ def main() -> None:
     parser.add_argument("case", help=f"{', '.join(CASES)}, robots-N, pushers-N, or roaming or pushing -articulated")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--episodes", type=int, help="of a run, instead of the case's number")
     arguments = parser.parse_args()
-    print(json.dumps(measure(arguments.case, arguments.threads, arguments.repeat)))
+    print(json.dumps(measure(arguments.case, arguments.threads, arguments.repeat, arguments.episodes)))
 
 
 if __name__ == "__main__":

@@ -34,10 +34,14 @@ PUSH = tuple(
 )  # side by side at the box, heading +x
 
 
-def mjcf(dt, config, rays=True, sensor_every=0.0, cone="pyramidal", solver="Newton", push=False):
+def mjcf(dt, config, rays=True, sensor_every=0.0, cone="pyramidal", solver="Newton", push=False, mjx=False):
+    """Return the scene; with ``mjx`` spheres for cylinders, which touch boxes and one another alike, and planes for walls."""
     tuned = config == "tuned"
     wheel = 'type="ellipsoid" size=".0205 .0205 .002"' if tuned else 'type="cylinder" size=".0205 .001"'
-    opt = 'iterations="4" ls_iterations="8"' if tuned else ""
+    few = 8 if mjx else 4 if tuned else 0  # with 4 of MJX robots fall over
+    opt = f'iterations="{few}" ls_iterations="8"' if few else ""
+    body = f'type="sphere" size="{R}"' if mjx else f'type="cylinder" size="{R} .0175"'
+    assets = '<asset><material name="none"/></asset>' if mjx else ""  # MJX's rays fail where there is none
     hide = ' rgba=".2 .2 .2 0"' if tuned else ""  # alpha 0: rays skip the geom
     slide = 'condim="1"' if tuned else 'friction=".01 .005 .0001"'
     robots, acts, sens = [], [], []
@@ -58,7 +62,7 @@ def mjcf(dt, config, rays=True, sensor_every=0.0, cone="pyramidal", solver="Newt
         if planar:  # stall .6 N, top speed .129 m/s; the real robot's no-side-slip rule is not enforced
             robots.append(f'''
   <body name="r{i}" pos="{x} {y} 0" euler="0 0 {turn}">{free.format(' damping="4.65"', ' damping=".0033"')}
-    <geom type="cylinder" size="{R} .0175" pos="0 0 .0245" mass=".08" contype="2" conaffinity="2" friction=".3"/>
+    <geom {body} pos="0 0 .0245" mass=".08" contype="2" conaffinity="2" friction=".3"/>
     <site name="c{i}" pos="0 0 .0245"/>{sites}</body>''')
             acts.append(
                 f'<motor site="c{i}" gear=".04777 0 0 0 0 -.001263"/><motor site="c{i}" gear=".04777 0 0 0 0 .001263"/>'
@@ -68,7 +72,7 @@ def mjcf(dt, config, rays=True, sensor_every=0.0, cone="pyramidal", solver="Newt
             continue
         robots.append(f'''
   <body name="r{i}" pos="{x} {y} 0" euler="0 0 {turn}"><freejoint/>
-    <geom type="cylinder" size="{R} .0175" pos="0 0 .0245" mass=".066" contype="2" conaffinity="2" friction=".3"/>
+    <geom {body} pos="0 0 .0245" mass=".066" contype="2" conaffinity="2" friction=".3"/>
     <geom type="sphere" size=".005" pos="-.026 0 .005" mass=".004" contype="1" conaffinity="0" priority="1" {slide}{hide}/>
     <geom type="sphere" size=".004" pos=".026 0 .005" mass=".000" contype="1" conaffinity="0" priority="1" {slide}{hide}/>
     {sites}
@@ -82,16 +86,19 @@ def mjcf(dt, config, rays=True, sensor_every=0.0, cone="pyramidal", solver="Newt
         )
         if rays:
             sens += [f'<rangefinder site="ir{i}_{k}"{every}/>' for k in range(8)]
+    east = 9.5 if push else 0.5
     walls = "".join(
-        f'<geom type="box" size="{sx} {sy} .015" pos="{px} {py} .015" contype="2" conaffinity="2" friction=".3"/>'
-        for sx, sy, px, py in (
-            (0.01, 0.52, 9.51 if push else 0.51, 0),
-            (0.01, 0.52, -0.51, 0),
-            (0.52, 0.01, 0, 0.51),
-            (0.52, 0.01, 0, -0.51),
+        f'<geom type="plane" size="1 1 .1" pos="{px} {py} 0" zaxis="{-px} {-py} 0" contype="2" conaffinity="2" friction=".3"/>'
+        if mjx
+        else f'<geom type="box" size="{sx} {sy} .015" pos="{px + cx} {py + cy} .015" contype="2" conaffinity="2" friction=".3"/>'
+        for sx, sy, px, py, cx, cy in (
+            (0.01, 0.52, east, 0, 0.01, 0),
+            (0.01, 0.52, -0.5, 0, -0.01, 0),
+            (0.52, 0.01, 0, 0.5, 0, 0.01),
+            (0.52, 0.01, 0, -0.5, 0, -0.01),
         )
     )
-    return f'''<mujoco><option timestep="{dt}" integrator="implicitfast" cone="{cone}" solver="{solver}" {opt}/>
+    return f'''<mujoco><option timestep="{dt}" integrator="implicitfast" cone="{cone}" solver="{solver}" {opt}/>{assets}
 <worldbody>
   {"" if planar else f'<geom type="plane" size="1 1 .1" contype="1" conaffinity="1" friction=".5"{hide}/>'}{walls}
   <body name="box" pos=".15 0 .015">{free.format(' frictionloss="1.18"', ' frictionloss=".1"') if planar else "<freejoint/>"}
