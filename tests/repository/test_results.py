@@ -12,14 +12,14 @@ import pytest
 
 import small_runs
 from swarmevo.analysis import census, fronts
-from swarmevo.plugins.team import load_config
+from swarmevo.plugins.team import Team, load_config
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.store import Store
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[2]))
 
-from benchmarks import choices, hidden_neurons, made_by, results, results_paper
+from benchmarks import choices, deadlocks, hidden_neurons, made_by, results, results_paper
 
 
 @pytest.mark.parametrize(
@@ -133,3 +133,33 @@ def test_the_page_of_choices_judges_by_other_tests_than_it_chooses_by(
     said = choices.page([tmp_path / "two.csv"], trials=2, tests=7)
     assert "| two, 0 | 98.0 % | 98.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % | yes |" in said
     assert "| 1 | 2 | 1 | 50.0 % |\n| 2 | 1 | 0 | 0.0 % |" in said  # the second was chosen, and falls short
+
+
+# ---- why teams fail --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("places", "fault"),
+    [
+        ([(-0.08, 0.22), (0.0, 0.22), (0.05, 0.468)], deadlocks.BEHIND),
+        ([(-0.08, 0.22), (0.0, 0.22), (0.2, 0.468)], deadlocks.FEW),  # beside it
+        ([(-0.08, 0.22), (0.0, 0.22), (0.1, 0.0)], deadlocks.FEW),
+        ([(-0.08, 0.22), (0.0, 0.22), (0.1, 0.22), (0.4, 0.4)], deadlocks.MANY),
+    ],
+)
+@pytest.mark.parametrize("turn", [0.0, 0.1, -0.1])
+def test_a_team_that_fails_is_stuck_in_something(places: list[tuple[float, float]], fault: str, turn: float) -> None:
+    box = np.array([0.01, 0.345, turn])
+    turning = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    robots = np.column_stack([(np.array(places) - [0, 0.345]) @ turning + box[:2], np.zeros(len(places))])
+    assert deadlocks.fault(robots, box, (0.275, 0.18, 0.03), 0.035) == fault
+
+
+def test_the_page_of_deadlocks_counts_each_team_that_fails(tmp_path: Path) -> None:
+    """Robots that stand still are never at the face."""
+    size = Team(load_config("paper", ["controller={feedforward: {hidden: 1}}"])).space.size
+    np.savetxt(tmp_path / "still.csv", np.zeros((2, size)), delimiter=",")
+    said = deadlocks.page([tmp_path / "still.csv"], tests=1)
+    assert "| 4 | 2 | 100.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % |" in said
+    assert "| 4 | 2 | 0 | 2 | 0 |" in said
+    assert "| 4 | 0.0 % | 0.0 % | 0.0 % | 0.0 % |" in said

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Why teams of best.yaml fail, as a page of docs/results.
+
+    python -m benchmarks.deadlocks docs/results/four-13.csv ... [--tests 300] > docs/results/deadlocks.md
+
+A file has a row for each trial: the genome that it ended with. How many teams are still at it after some times tells
+whether they are slow or stuck; where robots are in the end tells what they are stuck in.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from benchmarks import made_by
+from benchmarks.choices import SIZES, WORLD
+from benchmarks.pages import table
+from swarmevo.analysis.recording import simulate
+from swarmevo.config import Config
+from swarmevo.plugins.team import Team, load_config
+from swarmevo.protocols import FloatArray
+from swarmevo.simulation import EpisodeKey, Episodes
+
+SEED: Final = 3
+"""Of the tests; those of docs/results/choices.md have others."""
+TIMES: Final = (30.0, 45.0, 60.0, 90.0, 120.0, 179.9)
+"""[s]"""
+GAPS: Final = (0.065, 0.075, 0.085, 0.105)
+"""Between the box and its wall at the start [m]; the first one is the paper's."""
+NEAR: Final = 0.001
+"""At the face: within [m]."""
+BEHIND, FEW, MANY = "a robot between the box and its wall", "fewer than three at the face", "three or more at the face"
+
+
+def episodes_of(genomes: FloatArray, settings: Config, tests: int, channels: Sequence[str] = ()) -> list[Episodes]:
+    """Return so many tests of each controller."""
+    team = Team(settings)
+    keys = [EpisodeKey(SEED, 0, 0, repeat) for repeat in range(tests)]
+    return [simulate(team, genome, keys, channels=channels) for genome in genomes]
+
+
+def fault(robots: FloatArray, box: FloatArray, size: Sequence[float], radius: float) -> str:
+    """Return what a team is stuck in.
+
+    Args:
+        robots: ``(robots, 3)``: their poses in the end [m, m, rad].
+        box: ``(3,)``: that of the box; its wall is in the north.
+        size: Of the box, the length of the face that is pushed first [m].
+        radius: Of a robot [m].
+    """
+    sine, cosine = np.sin(box[2]), np.cos(box[2])
+    across, along = ((robots[:, :2] - box[:2]) @ np.array([[cosine, -sine], [sine, cosine]])).T
+    beside = np.abs(across) < size[0] / 2
+    if np.any(beside & (along > size[1] / 2)):
+        return BEHIND
+    pushing = beside & (along < 0) & (along > -size[1] / 2 - radius - NEAR)
+    return MANY if pushing.sum() >= 3 else FEW
+
+
+def page(files: Sequence[Path], tests: int) -> str:
+    genomes = np.concatenate([np.loadtxt(file, delimiter=",", ndmin=2) for file in files])
+    lasting, faults, narrow = [], [], []
+    for robots in SIZES:
+        settings = load_config("paper", [*WORLD, f"team.robots={robots}"])
+        found = episodes_of(genomes, settings, tests, ("pose", "movables"))
+        times = np.concatenate([np.nan_to_num(each.telemetry.push_time, nan=np.inf) for each in found])
+        lasting.append([str(robots), str(len(times)), *(f"{100 * np.mean(times > time):.1f} %" for time in TIMES)])
+        counts = Counter(
+            fault(
+                each.telemetry.pose[i, -1], each.telemetry.movables[i, -1, 0], settings.box.size, settings.robot.radius
+            )
+            for each in found
+            for i in np.flatnonzero(np.isnan(each.telemetry.push_time))
+        )
+        faults.append([str(robots), str(counts.total()), *(str(counts[kind]) for kind in (BEHIND, FEW, MANY))])
+    for robots in SIZES:
+        pushed = []
+        for gap in GAPS:
+            y = (settings.arena.size - settings.box.size[1]) / 2 - gap
+            places = [f"box.pose=[0, {y:.3f}, 0]", f"emitter.position=[0, {y:.3f}, 0.03]", "episode.horizon=90"]
+            there = load_config("paper", [*WORLD, f"team.robots={robots}", *places])
+            found = episodes_of(genomes, there, max(tests // 6, 1))
+            pushed.append(np.mean([np.isfinite(each.telemetry.push_time) for each in found]))
+        narrow.append([str(robots), *(f"{100 * share:.1f} %" for share in pushed)])
+    return "\n".join(
+        [
+            "# Why teams fail\n",
+            "Made by this command:\n",
+            f"```console\n{made_by.this_command('benchmarks.deadlocks')}\n```\n",
+            f"{len(genomes)} controllers, which as many trials of best.yaml ended with, in {tests} tests of each with "
+            "each team in the paper's world. Share of the tests in which the box is not yet at its wall after so many "
+            "seconds: who has not pushed after a minute and a half hardly ever will.\n",
+            table(["robots", "tests", *(f"{time:.0f} s" for time in TIMES)], lasting),
+            "Where robots are in the end of those that fail after 180 s:\n",
+            table(["robots", "failed", BEHIND, FEW, MANY], faults),
+            "The box stands 65 mm from its wall. A robot is 70 mm wide, but its sprung bumper gives: it can squeeze in "
+            "there, and is then in the way of the box. Where the box stands farther from the wall, with the emitter "
+            "above it, robots come in more easily, and that many teams push it within 90 s:\n",
+            table(["robots", *(f"{1000 * gap:.0f} mm" for gap in GAPS)], narrow),
+        ]
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", type=Path, nargs="+")
+    parser.add_argument("--tests", type=int, default=300, help="of each controller with each team")
+    arguments = parser.parse_args()
+    print(page(arguments.files, arguments.tests), end="")
+
+
+if __name__ == "__main__":
+    main()
