@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Final, Literal
 
@@ -139,8 +140,7 @@ class Following:
         shares = [_shares(budget, trial.tallies) for trial in self._trials]
         left = sum(1.0 - (of_trial[-1] if of_trial else 0.0) for of_trial in shares)
         gained = [gain for of_trial in shares for gain in np.diff(of_trial, prepend=0.0).tolist()]
-        recent = slice(-RECENT_GENERATIONS, None)
-        rate = sum(gained[recent]) / (sum(tally.seconds for tally in every[recent]) or 1.0)
+        rate = sum(gained[-RECENT_GENERATIONS:]) / (_seconds(every[-RECENT_GENERATIONS:]) or 1.0)
         return Progress(
             state=_state(writer, complete=left <= 0.0),
             said="" if writer.is_there or not writer.name else writer.name,
@@ -223,6 +223,17 @@ def _shares(budget: Budget, tallies: Sequence[Tally]) -> list[float]:
     """Return how much of its budget a trial had spent after each generation."""
     episodes = np.cumsum([tally.episodes for tally in tallies]).tolist()
     return [budget.share(number, spent) for number, spent in enumerate(episodes, start=1)]
+
+
+def _seconds(tallies: Sequence[Tally]) -> float:
+    """Return how long generations took: their evaluations, and what the optimiser did between them.
+
+    The longest pause between two generations is left out, in which the run may have stood still until it was resumed.
+    """
+    stored = [datetime.fromisoformat(tally.stored).timestamp() for tally in tallies]
+    pauses = np.sort(np.diff(stored) - [tally.seconds for tally in tallies[1:]])[:-1]
+    between = max(0.0, float(pauses.mean())) if len(pauses) else 0.0
+    return sum(tally.seconds for tally in tallies) + len(tallies) * between
 
 
 def _state(writer: Writer, complete: bool) -> State:

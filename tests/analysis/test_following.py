@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,28 @@ class Writing:
 def writing(tmp_path: Path) -> Iterator[Writing]:
     writing = Writing(tmp_path / "run")
     yield writing
+    writing.store.close()
+
+
+def test_the_time_left_counts_the_optimisers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each generation is evaluated in 1 s, and stored 3 s after the one before."""
+    now = datetime(2026, 1, 1, tzinfo=UTC)
+
+    class Clock:
+        @staticmethod
+        def now(_: object) -> datetime:
+            nonlocal now
+            now += timedelta(seconds=3)
+            return now
+
+    monkeypatch.setattr(run_store, "datetime", Clock)
+    writing = Writing(tmp_path / "run")
+    writing.append(0, 30)
+    run = Following(writing.store.folder)
+    assert run.look().eta_seconds == pytest.approx(90 * 3.0)
+    now += timedelta(days=1)  # until it is resumed
+    writing.append(0, 10)
+    assert run.look().eta_seconds == pytest.approx(80 * 3.0)
     writing.store.close()
 
 
