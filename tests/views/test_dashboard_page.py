@@ -167,6 +167,27 @@ def test_axe_finds_nothing_serious(browser: Browser, place: Path, monkeypatch: p
             assert [(one["id"], one["nodes"]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
+def test_who_comes_to_a_point_by_keyboard_does_not_lose_it(
+    browser: Browser, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with a pointer the chart stands still for a while; where the point has gone then, its neighbour is focused."""
+    leave = """() => {
+        const shown = swarmevoDashboard.run(), run = structuredClone(shown.run);
+        run.points = run.points.slice(0, -1);
+        shown.update(run);
+        return document.querySelectorAll('.point').length;
+    }"""
+    with serving(Watch(place), monkeypatch) as port, Seen(browser, 1440, port) as page:
+        points = page.locator(".point")
+        points.first.wait_for()
+        number = points.count()
+        assert number > 1
+        points.last.focus()
+        assert page.evaluate(leave) == number
+        page.wait_for_function(f"document.querySelectorAll('.point').length === {number - 1}")
+        page.wait_for_function("document.activeElement.classList.contains('point')")
+
+
 def test_another_repeat_is_played(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small_runs.make(tmp_path / "run", "evolution.repeats=3")
     with serving(Watch(tmp_path), monkeypatch) as port, Seen(browser, 1440, port) as page:

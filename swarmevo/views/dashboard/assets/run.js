@@ -6,7 +6,7 @@
 const SwarmevoRun = (() => {
   const { Chart, element } = SwarmevoCharts;
   const { Lines } = SwarmevoLines;
-  const CALM = 1500; // [ms] after which somebody who points at the chart is not about to press: till then it stands still
+  const CALM = 1500; // [ms] after which somebody who points at the chart, or comes to it by Tab, is not about to press: till then it stands still
   const HINT = "Choose a point of the front to replay its individual.";
 
   class Run {
@@ -23,6 +23,8 @@ const SwarmevoRun = (() => {
       const chart = this._find("[data-chart]");
       chart.onpointermove = chart.onpointerdown = () => this._calm(CALM);
       chart.onpointerleave = () => this._calm(0);
+      this.heard = new AbortController();
+      chart.addEventListener("focusin", () => this._calm(CALM), { signal: this.heard.signal });
     }
 
     /** Show the run as it is now. */
@@ -51,6 +53,7 @@ const SwarmevoRun = (() => {
     /** Forget what plays. */
     close() {
       this.closed = true;
+      this.heard.abort();
       if (this.player) this.player.close();
     }
 

@@ -77,7 +77,7 @@ const SwarmevoCharts = (() => {
       if (width <= 0 || width === this.width) return;
       this.width = width;
       this.height = Math.min(Math.max(0.78 * width, 250), 430);
-      const focused = this.nodes.find((node) => node === document.activeElement)?.dataset.key;
+      const focused = this.nodes.indexOf(document.activeElement), key = this.nodes[focused]?.dataset.key;
       this.nodes = [];
       this.tip.hidden = true;
       this.root.setAttribute("viewBox", `0 0 ${width} ${this.height}`);
@@ -87,7 +87,8 @@ const SwarmevoCharts = (() => {
       if (this.run.objectives.length === 2) this._staircase();
       this._points();
       if (this.chosen !== null) this.mark(this.chosen, this.beside);
-      this.nodes.find((node) => node.dataset.key === focused)?.focus();
+      const again = this.nodes.find((node) => node.dataset.key === key) ?? this.nodes.at(Math.min(focused, this.nodes.length - 1));
+      if (focused >= 0) again?.focus(); // if its point is gone, the focus is not
     }
 
     /** Mark the point that is chosen, and, if there is one, that which is shown beside it. */
