@@ -74,8 +74,9 @@ def page(runs: Sequence[Path], tests: int) -> str:
             "# The best with each number of hidden neurons\n",
             "Made by these commands:\n",
             "```console\n" + "\n".join(commands) + "\n```\n",
-            f"{tests} tests of each with each team, 180 s, fresh seeds. Of each run and number of hidden neurons the "
-            "one that pushed most in evolution: its rate there has the largest lower bound.\n",
+            f"{tests} tests of each with each team, or as many more as the run has, 180 s, fresh seeds. Of each run "
+            "and number of hidden neurons the one that pushed most in evolution: its rate there has the largest lower "
+            "bound.\n",
             table(HEAD, rows),
         ]
     )
