@@ -118,6 +118,7 @@ def test_a_finger_over_the_scene_scrolls_the_page_and_after_a_tap_turns_the_scen
 
 def test_space_plays_what_is_seen_and_else_scrolls(page: Page) -> None:
     playing = "swarmevoReport[0].player.playing"
+    page.evaluate("document.activeElement.blur()")  # a player that has the focus takes Space wherever it is
     page.keyboard.press(" ")
     assert page.evaluate(playing)
     page.keyboard.press(" ")
