@@ -151,7 +151,7 @@ def test_second_implementation_makes_the_same_children(costs, rates, reevaluate)
         ours, theirs = generator(seed), generator(seed)
         pde = PDE(space, population, objectives, ours, **keywords)
         reference = ReferencePDE(population, hidden, theirs, **keywords)
-        for _ in side_by_side(pde, reference, costs, space, generations=12):
+        for _ in side_by_side(pde, reference, costs, space, generations=20):
             assert ours.bit_generator.state == theirs.bit_generator.state
 
 
