@@ -6,7 +6,7 @@
 const SwarmevoRun = (() => {
   const { Chart, element } = SwarmevoCharts;
   const { Lines } = SwarmevoLines;
-  const CALM = 1500; // [ms] after which somebody who points at the chart, or comes to it by Tab, is not about to press: till then it stands still
+  const CALM = 1500; // [ms] till when the chart stands still for somebody who points at it or came to it by Tab, and may be about to press
   const HINT = "Choose a point of the front to replay its individual.";
 
   class Run {
