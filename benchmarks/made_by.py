@@ -48,7 +48,10 @@ def page_path(run: Path) -> str:
 def _changes(base: Config, settings: Config) -> dict[str, Any]:
     """Return each key that ``settings`` have other than ``base``, with its value."""
     known = _keys(base)
-    return {key: value for key, value in _keys(settings).items() if key not in known or known[key] != value}
+    found = {key: value for key, value in _keys(settings).items() if key not in known or known[key] != value}
+    if settings.fitness.keys() > base.fitness.keys():  # one more: a list of names would drop the options of the others
+        del found["fitness"]
+    return found
 
 
 def _keys(settings: Config) -> dict[str, Any]:
@@ -60,6 +63,7 @@ def _keys(settings: Config) -> dict[str, Any]:
         elif section in ("controller", "fitness", "optimiser"):
             found[section] = next(iter(values)) if len(values) == 1 else list(values)
             for plugin, options in values.items():
+                found |= {f"{section}.{plugin}": {}} if section == "fitness" and not options else {}
                 found |= {f"{section}.{plugin}.{option}": value for option, value in options.items()}
         else:
             found |= {f"{section}.{key}": value for key, value in values.items()}

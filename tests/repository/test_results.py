@@ -32,6 +32,11 @@ from benchmarks import choices, deadlocks, hidden_neurons, made_by, results, res
             "swarmevo evolve best --seed 1 --trials 10 --set evolution.generations=120 --out runs/mine",
         ),
         ("paper", ["optimiser=cma"], "swarmevo evolve paper --set optimiser=cma --out runs/mine"),
+        (
+            "best",
+            ["fitness.hidden_neurons={}", "optimiser=pde"],
+            "swarmevo evolve best --set 'fitness.hidden_neurons={}' --set optimiser=pde --out runs/mine",
+        ),
     ],
 )
 def test_a_page_tells_the_command_that_made_its_run(name: str, overrides: list[str], command: str) -> None:
