@@ -17,7 +17,7 @@ from swarmevo.plugins.team import load_config
 
 CONFIGS: Final = ("paper", "best", "robust", "shaped", "quick", *BASELINES)
 """That come with swarmevo."""
-OPTIONS: Final = {"evolution.seed": "--seed", "evolution.trials": "--trials"}
+OPTIONS: Final = {"optimiser": "--plugin", "evolution.seed": "--seed", "evolution.trials": "--trials"}
 """Of ``swarmevo evolve``, for keys that have one."""
 
 

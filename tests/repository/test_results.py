@@ -31,11 +31,11 @@ from benchmarks import choices, deadlocks, hidden_neurons, made_by, results, res
             ["evolution.seed=1", "evolution.trials=10", "evolution.generations=120"],
             "swarmevo evolve best --seed 1 --trials 10 --set evolution.generations=120 --out runs/mine",
         ),
-        ("paper", ["optimiser=cma"], "swarmevo evolve paper --set optimiser=cma --out runs/mine"),
+        ("paper", ["optimiser=cma"], "swarmevo evolve paper --plugin cma --out runs/mine"),
         (
             "best",
             ["fitness.hidden_neurons={}", "optimiser=pde"],
-            "swarmevo evolve best --set 'fitness.hidden_neurons={}' --set optimiser=pde --out runs/mine",
+            "swarmevo evolve best --plugin pde --set 'fitness.hidden_neurons={}' --out runs/mine",
         ),
     ],
 )
