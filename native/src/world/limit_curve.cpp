@@ -9,7 +9,7 @@
 namespace swarmevo {
 namespace {
 
-constexpr int kMostRounds = 200;
+constexpr int kMostReweightings = 200;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ Hold hold_of(const Feet& feet, double limit, const Load& load, double precision)
     std::array<double, 4> slips;  // of the feet in the round before, at least a share of the largest
     slips.fill(1);
     Hold best{std::numeric_limits<double>::infinity(), {}};
-    for (int round = 0; round < kMostRounds; ++round) {
+    for (int round = 0; round < kMostReweightings; ++round) {
         Eigen::Matrix3d drag = Eigen::Matrix3d::Zero();
         for (std::size_t i = 0; i < feet.size(); ++i) {
             const double x = feet[i][0] / reach, y = feet[i][1] / reach;
