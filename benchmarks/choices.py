@@ -33,6 +33,14 @@ GOAL: Final = 0.99
 WORLD: Final = ("controller={feedforward: {hidden: 1}}", "episode.until=push")
 
 
+def read(files: Sequence[Path]) -> tuple[list[str], FloatArray]:
+    """Return a name for each row of the files, and the rows: ``(trials, genes)``."""
+    rows = {file.stem: np.loadtxt(file, delimiter=",", ndmin=2) for file in files}
+    return [f"{name}, {i}" for name, each in rows.items() for i in range(len(each))], np.concatenate(
+        list(rows.values())
+    )
+
+
 def push_rates(genomes: FloatArray, tests: int, seed: int) -> FloatArray:
     """Return ``(trials, sizes)``: how often each controller pushes with each team, in the paper's world."""
     settings = load_config("paper", [*WORLD, f"evolution.seed={seed}"])
@@ -47,8 +55,7 @@ def chosen(choosing: FloatArray, trials: int) -> list[int]:
 
 
 def page(files: Sequence[Path], trials: int, tests: int) -> str:
-    genomes = np.concatenate([np.loadtxt(file, delimiter=",", ndmin=2) for file in files])
-    names = [f"{file.stem}, {i}" for file in files for i in range(len(np.loadtxt(file, delimiter=",", ndmin=2)))]
+    names, genomes = read(files)
     choosing, judging = (push_rates(genomes, tests, seed) for seed in (CHOOSING, JUDGING))
     reach = judging.min(axis=1) >= GOAL
     rows = [

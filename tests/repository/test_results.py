@@ -168,3 +168,4 @@ def test_the_page_of_deadlocks_counts_each_team_that_fails(tmp_path: Path) -> No
     assert "| 4 | 2 | 100.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % |" in said
     assert "| 4 | 2 | 0 | 2 | 0 |" in said
     assert "| 4 | 0.0 % | 0.0 % | 0.0 % | 0.0 % |" in said
+    assert "| still, 1 | 0 % | 0 % |" in said
