@@ -17,6 +17,7 @@ inline double bumper_energy(const World& world, const Scene& scene) {
     double energy = 0;
     const auto add = [&](double gap, double k) { energy += k * std::pow(std::min(gap, 0.0), 2) / 2; };
     const Pose box = world.movable_pose(0);
+    const swe_movable_config& pushed = scene.movables[0].config;
     const double cosine = std::cos(box.heading), sine = std::sin(box.heading);
     for (unsigned i = 0; i < scene.robots; ++i) {
         const Pose robot = world.robot_pose(i);
@@ -27,10 +28,13 @@ inline double bumper_energy(const World& world, const Scene& scene) {
             add(std::hypot(robot.x - other.x, robot.y - other.y) - 2 * radius, stiffness / 2);  // in series
         }
         const double dx = robot.x - box.x, dy = robot.y - box.y;
-        const Separation to_box =
-            separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx,
-                                          scene.movables[0].config.size[0] / 2, scene.movables[0].config.size[1] / 2);
-        add(to_box.distance - radius, stiffness);
+        const double half_x = pushed.size[0] / 2, half_y = pushed.size[1] / 2;
+        const double distance =
+            pushed.shape == SWE_SHAPE_CYLINDER
+                ? std::hypot(dx, dy) - half_x
+                : separate_point_from_rectangle(cosine * dx + sine * dy, cosine * dy - sine * dx, half_x, half_y)
+                      .distance;
+        add(distance - radius, stiffness);
     }
     return energy;
 }
