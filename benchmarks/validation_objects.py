@@ -446,7 +446,7 @@ noise, and the physics is the default. As above, errors in length are the larges
 the longest way in the case; the limits are {100 * LARGEST_WAY_ERROR:g} % and {np.degrees(LARGEST_TURN_ERROR):g}
 degrees. (The reference itself differs, at half its step, by at most {100 * own_share:.2f} % and
 {np.degrees(own_angle):.2f} degrees.) `articulated` is held against the reference with `shift_loads` and bears no
-verdict: its steps are of first order, and why cylinders that are thrown at each other get less far in it is open.
+verdict: its steps are of first order.
 """
 
 

@@ -101,8 +101,10 @@ void Movable::add_to(Contacts& contacts) {
 
 bool Movable::fits() {
     bool all = true;
-    if (is_level_)  // at the small steps of the reference the slip of the step before is a good guess
-        for (int i = 0; i < kFeet; ++i) all &= rubs_[i].fits(slip(i, motion()), foot_limit_);
+    for (int i = 0; i < kFeet; ++i) {
+        const double limit = is_level_ ? foot_limit_ : rubs_[i].limit();  // that of the step before
+        if (limit > 0) all &= rubs_[i].fits(slip(i, motion()), limit);
+    }
     return all;
 }
 

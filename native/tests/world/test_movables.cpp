@@ -155,4 +155,30 @@ TEST_CASE("crowds of movables hardly overlap, at any step, with either bumper") 
         }
 }
 
+// With nothing elastic both go on at half the speed, and friction stops them: s = v^2 / (2 mu g).
+TEST_CASE("what is thrown at one that stands goes on with it, straight, on both drives") {
+    for (const std::int32_t drive : {SWE_DRIVE_DRIVEN_CONTACTS, SWE_DRIVE_ARTICULATED})
+        for (const std::int32_t shape : {SWE_SHAPE_BOX, SWE_SHAPE_CYLINDER}) {
+            Fixture fixture({-1.4, -1.4, 0});
+            fixture.arena_of(3).without_noise();
+            fixture.config.physics.drive = drive;
+            fixture.config.physics.time_step = 0.001;
+            set_movables(fixture, {movable(shape, 0.08, 0.08, 0.05, 0, 0), movable(shape, 0.08, 0.08, 0.05, 0, 0.1)});
+            const double speed = fixture.config.movables[0].velocity[1] = 0.8;
+            const Scene scene = fixture.scene();
+            World world(scene, starts_of(scene));
+            for (int i = 0; i < 500; ++i) world.step();
+
+            const double gap = 0.02, braking = 2 * 0.62 * fixture.config.physics.gravity;  // v^2 a metre
+            const double way = (speed * speed - braking * gap) / 4 / braking;
+            INFO(drive, ", ", shape);
+            CHECK(world.movable_pose(0).y == doctest::Approx(gap + way).epsilon(0.02));
+            CHECK(world.movable_pose(1).y - 0.1 == doctest::Approx(way).epsilon(0.05));
+            for (int i = 0; i < 2; ++i) {
+                CHECK(std::abs(world.movable_pose(i).x) < 1e-5);
+                CHECK(std::abs(world.movable_pose(i).heading) < 1e-4);
+            }
+        }
+}
+
 }  // namespace swarmevo
