@@ -70,7 +70,7 @@ test-native: build/system-test
 
 # The slowest files go first. Browsers, disks and processes are waited for, hence more workers than cores.
 test-python: $(call needs,test)
-	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses $$(($$(nproc) * 3 / 2)) \
+	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses $$(($$(nproc) * 2)) \
 	    --dist loadfile --no-loadscope-reorder repository views rivals cli .
 
 # Every verb, the configuration, the interface in Python; old libraries warn of what is new since.
