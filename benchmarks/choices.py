@@ -35,10 +35,9 @@ WORLD: Final = ("controller={feedforward: {hidden: 1}}", "episode.until=push")
 
 def read(files: Sequence[Path]) -> tuple[list[str], FloatArray]:
     """Return a name for each row of the files, and the rows: ``(trials, genes)``."""
-    rows = {file.stem: np.loadtxt(file, delimiter=",", ndmin=2) for file in files}
-    return [f"{name}, {i}" for name, each in rows.items() for i in range(len(each))], np.concatenate(
-        list(rows.values())
-    )
+    rows = [np.loadtxt(file, delimiter=",", ndmin=2) for file in files]
+    names = [f"{file.stem}, {i}" for file, of_file in zip(files, rows, strict=True) for i in range(len(of_file))]
+    return names, np.concatenate(rows)
 
 
 def push_rates(genomes: FloatArray, tests: int, seed: int) -> FloatArray:

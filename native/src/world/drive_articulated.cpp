@@ -77,7 +77,9 @@ class Articulated : public Drive {
     }
 
     bool share_loads(const double (&)[2][2]) override { return false; }
-    bool fits() override { return true; }  // at its small steps the slip of the step before is a good guess
+    // At its small steps the slip of the step before is a good guess, but in a blow. Tries until it fits would double
+    // the time of a step.
+    bool fits() override { return true; }
 
     void finish() override {
         if (has_fallen()) return;
