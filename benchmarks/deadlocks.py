@@ -118,7 +118,8 @@ def page(files: Sequence[Path], tests: int) -> str:
             table(["robots", *(f"{1000 * gap:.0f} mm" for gap in GAPS)], narrow),
             "Two robots do not move the box, and a robot does not see how many press. Where two begin at the south "
             "face and two at the one east or west of it, that many teams push the box within 90 s: most get out of one "
-            "of the two, and not out of its mirror image ([a trial](pairs-19.md) in whose evolution teams began so). "
+            "of the two, and not out of its mirror image (teams began so in the "
+            "evolution of three trials: [19](pairs-19.md), [21](pairs-21.md), [22](pairs-22.md)). "
             f"{few} tests of each:\n",
             table(
                 ["file, row", *(f"south and {side}" for side in PAIRS)],
