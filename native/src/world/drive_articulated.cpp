@@ -65,21 +65,29 @@ class Articulated : public Drive {
     void add_to(CompliantStep&, const Place&) override {}  // it is never solved so
 
     void add_to(Contacts& contacts, const Place&) override {
-        expects_ = false;
         if (has_fallen()) return add_fallen_contact(contacts);
         for (const Side side : {left, right}) {
             const Foot foot = foot_of(bodies_[1 + side]);
-            rubs_[side].expect(scene_.physics.wheel_friction * loads_[side], foot.forward, slip(side, foot));
+            const double limit = scene_.physics.wheel_friction * loads_[side];  // by the step before
+            if (expects_) rubs_[side].expect(limit, foot.forward, slip(side, foot));
             rubs_[side].add_pressed(contacts, bodies_[1 + side], foot.point, foot.point[2]);
         }
+        expects_ = false;
         const Vector forward = level_of(body()).forward;
         for (const int end : {1, -1}) add_caster_contact(contacts, end, forward);
     }
 
     bool share_loads(const double (&)[2][2]) override { return false; }
-    // At its small steps the slip of the step before is a good guess, but in a blow. Tries until it fits would double
-    // the time of a step.
-    bool fits() override { return true; }
+
+    bool fits() override {
+        if (has_fallen()) return true;
+        bool all = true;
+        for (const Side side : {left, right}) {
+            const double limit = rubs_[side].limit();
+            if (limit > 0) all &= rubs_[side].fits(slip(side, foot_of(bodies_[1 + side])), limit);
+        }
+        return all;
+    }
 
     void finish() override {
         if (has_fallen()) return;

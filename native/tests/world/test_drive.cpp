@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "fixture.hpp"
@@ -39,6 +40,36 @@ TEST_CASE("driven contacts follow the articulated model and the circle of its wh
         CHECK(apart(pose, reference) < 0.001);
         CHECK(std::abs(std::remainder(pose.heading - reference.heading, 2 * kPi)) < 0.01);
     }
+}
+
+// Casters do not rub: the floor's pull on the wheels is at most mu times the weight. Every half second the robot is
+// told to drive the same arc the other way.
+TEST_CASE("friction of the wheels never changes a robot's velocity faster than mu g") {
+    for (const std::int32_t drive : {SWE_DRIVE_DRIVEN_CONTACTS, SWE_DRIVE_ARTICULATED})
+        for (const double friction : {0.1, 0.2, 1.0})
+            for (const double inner_speed : {-0.03, 0.03, 0.06, 0.1}) {
+                Fixture fixture({0, -0.25, 0});
+                swe_physics_config& physics = fixture.without_noise().config.physics;
+                physics.drive = drive;
+                physics.time_step = 0.004;
+                physics.wheel_friction = friction;
+                const Scene scene = fixture.scene();
+                World world(scene, starts_of(scene));
+                Pose before = world.robot_pose(0);
+                double vx = 0, vy = 0, largest = 0;
+                for (int i = 0; i < 750; ++i) {
+                    const double sign = i / 125 % 2 == 0 ? 1 : -1;
+                    world.set_rim_speeds(0, sign * 0.12, sign * inner_speed);
+                    world.step();
+                    const Pose now = world.robot_pose(0);
+                    const double x = (now.x - before.x) / physics.time_step, y = (now.y - before.y) / physics.time_step;
+                    largest = std::max(largest, std::hypot(x - vx, y - vy) / physics.time_step);
+                    before = now, vx = x, vy = y;
+                }
+                INFO(drive, ", ", friction, ", ", inner_speed);
+                CHECK(largest / (friction * physics.gravity) < 1.15);  // it pitches, and its chassis with it
+                CHECK(largest / (friction * physics.gravity) > 0.3);
+            }
 }
 
 TEST_CASE("the articulated robot has the same weight and traction: two do not move the box, three do") {
