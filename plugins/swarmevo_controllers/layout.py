@@ -19,7 +19,7 @@ class SceneLayout:
         return self._space
 
     def _blocks(self, scene: SceneInfo) -> Sequence[Block]:
-        raise NotImplementedError
+        raise NotImplementedError("_blocks: expected an override that returns the genome's blocks")
 
     def _split(self, genomes: FloatArray) -> dict[str, FloatArray]:
         """Return for each block's name ``(n, *shape)``.

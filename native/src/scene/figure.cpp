@@ -3,16 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace swarmevo {
 namespace {
-
-constexpr double kNothing = std::numeric_limits<double>::infinity();
-
-double square(double x) {
-    return x * x;
-}
 
 // A corner of a rectangle, 0 to 3, in the world [m].
 struct Point {

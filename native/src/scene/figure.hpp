@@ -3,11 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "swarmevo.h"
 
 namespace swarmevo {
+
+constexpr double kNothing = std::numeric_limits<double>::infinity();  // how far to what is not there [m]
+
+inline double square(double x) {
+    return x * x;
+}
 
 // Position on the floor [m] and heading [rad].
 struct Pose {

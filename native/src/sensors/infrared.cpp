@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "sensors/geometry.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 namespace {

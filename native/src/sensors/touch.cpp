@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "epuck.hpp"
-#include "sensors/geometry.hpp"
+#include "scene/scene.hpp"
 
 namespace swarmevo {
 namespace {
