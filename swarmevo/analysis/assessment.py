@@ -103,7 +103,7 @@ def assess_genomes(
     """Test controllers that are of no run, as those of trial 0; nothing is stored.
 
     Args:
-        settings: Their world, controller and fitness, with a seed. What it has beside of ``worlds`` is left out.
+        settings: Their world, controller and fitness, with a seed. Its ``worlds`` and ``vary`` are left out.
         genomes: ``(k, size)``; each is known by its number, from 0.
         sizes: As of :func:`assess`, and so are those that follow.
         repeats: See there.
@@ -116,7 +116,7 @@ def assess_genomes(
     Raises:
         ConfigError, EvaluationError, InvalidArgument, Interrupted, SimulatorError: As :func:`assess`.
     """
-    settings = other_world.test_world(settings)
+    settings = other_world.one_world(settings)
     team = Team(settings)
     with StoredTests.forgotten(len(team.objectives), len(team.descriptors)) as tests:
         candidates = [Candidate(0, i, genes, {}) for i, genes in enumerate(genomes)]
@@ -139,7 +139,7 @@ def assess_one(settings: Config, genes: FloatArray, repeats: int, trial: int = 0
     Raises:
         ConfigError, EvaluationError, SimulatorError: As :func:`assess`.
     """
-    settings = other_world.test_world(settings)
+    settings = other_world.one_world(settings)
     team = Team(settings)
     with StoredTests.forgotten(len(team.objectives), len(team.descriptors)) as tests:
         one = Candidate(trial, 0, genes, {})

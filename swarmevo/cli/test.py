@@ -152,12 +152,15 @@ def _of_run(run: str, settings: list[str], wanted: _Wanted) -> tuple[Assessment,
 def _of_no_run(config: str | None, source: str, settings: list[str], wanted: _Wanted) -> tuple[Assessment, str, str]:
     """Test controllers from outside; return as :func:`_of_run`."""
     from swarmevo.analysis import assessment
-    from swarmevo.config import seeded
+    from swarmevo.config import seeded, sets
     from swarmevo.plugins.team import Team, load_config
     from swarmevo.runs.genomes import read_genomes
+    from swarmevo.runs.other_world import test_world
     from swarmevo.views import console
 
     chosen = seeded(load_config(config, settings))
+    if not sets(settings, "episode", "until"):
+        chosen = test_world(chosen)
     team = Team(chosen)
     _settle(wanted, chosen, team.objectives)
     genomes = read_genomes(source, chosen, team.space)

@@ -25,7 +25,7 @@ from swarmevo.config.models import (
     world,
 )
 from swarmevo.config.observations import scene_info, sense_errors, smallest_observation
-from swarmevo.config.overrides import as_overrides
+from swarmevo.config.overrides import as_overrides, sets
 from swarmevo.config.reading import changed, dump, load, packaged, seeded
 from swarmevo.config.worlds import World, Worlds, each_world, world_errors
 from swarmevo.errors import ConfigError
@@ -62,6 +62,7 @@ __all__ = [
     "scene_info",
     "seeded",
     "sense_errors",
+    "sets",
     "smallest_observation",
     "surroundings",
     "world",

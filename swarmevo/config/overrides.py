@@ -59,6 +59,14 @@ def apply(raw: dict[str, Any], overrides: Sequence[str], errors: list[str]) -> N
         earlier = [*(one for one in earlier if one not in undone), (override, keys, wanted)]
 
 
+def sets(overrides: Sequence[str], section: str, key: str) -> bool:
+    """Tell whether one of the overrides sets this key, alone or with its section."""
+    raw: dict[str, Any] = {}
+    apply(raw, overrides, [])
+    found = raw.get(section)
+    return isinstance(found, Mapping) and key in found
+
+
 def _split(path: str) -> list[str]:
     """Return the steps of a path. The keys of ``vary`` and of each of ``worlds`` are keys of the world, undivided."""
     keys = path.split(".")

@@ -28,7 +28,12 @@ def test_world(settings: Config) -> Config:
     What ``worlds`` and ``vary`` say of evolution is left out.
     """
     episode = settings.episode.model_copy(update={"until": "horizon"})
-    return settings.model_copy(update={"worlds": (), "vary": {}, "episode": episode})
+    return one_world(settings).model_copy(update={"episode": episode})
+
+
+def one_world(settings: Config) -> Config:
+    """Return the configuration without what ``worlds`` and ``vary`` say."""
+    return settings.model_copy(update={"worlds": (), "vary": {}})
 
 
 def of_episode(settings: Config, key: EpisodeKey) -> Config:

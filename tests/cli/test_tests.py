@@ -18,6 +18,7 @@ from typing import NoReturn
 import pytest
 
 import small_runs
+import swarmevo
 from cli.conftest import Swarmevo
 from swarmevo.runs.lock import WriterLock
 from swarmevo.runs.store import Store
@@ -285,6 +286,18 @@ def test_a_controller_from_a_file(run: Path, tmp_path: Path, swarmevo_: Swarmevo
     (in_run,) = json.loads(swarmevo_("test", f"{run}:2", "--json", *SMALLEST).out)["controllers"]
     assert (alone["tested"], alone["outcomes"]) == (in_run["tested"], in_run["outcomes"])
     assert swarmevo_("test", "--genome", run, *SMALLEST, *world).out.startswith("2 controllers of ")
+
+
+@pytest.mark.parametrize("setting", ["episode.until=push", "episode={until: push}"])
+def test_a_controller_from_a_file_is_tested_until_the_push_if_that_is_set(swarmevo_: Swarmevo, setting: str) -> None:
+    """Its configuration's own is left out: ``best.yaml`` says push."""
+    best = Path(swarmevo.__file__).parent / "shipped" / "best.json"
+    arguments = ("test", "--genome", best, "best", "--json", "--repeats", 1, "--robots", 5, "--set", "evolution.seed=5")
+    whole, ended = (json.loads(swarmevo_(*arguments, *more).out) for more in ((), (setting,)))
+    (of_whole,), (of_ended,) = whole["controllers"], ended["controllers"]
+    (at_horizon,), (at_push,) = of_whole["outcomes"], of_ended["outcomes"]
+    assert at_horizon["push_time"] == at_push["push_time"]
+    assert at_horizon["homing_rate"] == 1.0 > at_push["homing_rate"]  # one comes after the push
 
 
 def test_neither_run_nor_genome(swarmevo_: Swarmevo) -> None:
