@@ -28,6 +28,12 @@ def test_fewer_do_not(robots: int) -> None:
     assert se.best().test(episodes=10, robots=robots, seed=3).outcome.push_rate == 0
 
 
+def test_its_tests_end_at_the_push_if_that_is_set() -> None:
+    whole, ended = (se.best().test(1, robots=5, seed=5, set=given) for given in ({}, {"episode.until": "push"}))
+    assert whole.outcome.push_time == ended.outcome.push_time
+    assert whole.outcome.homing_rate == 1.0 > ended.outcome.homing_rate  # one comes after the push
+
+
 def test_it_has_three_hidden_neurons_at_most() -> None:
     config, genes = shipped.best()
     (network,) = networks(Team(config), genes)
