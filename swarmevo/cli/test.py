@@ -153,11 +153,14 @@ def _of_no_run(config: str | None, source: str, settings: list[str], wanted: _Wa
     """Test controllers from outside; return as :func:`_of_run`."""
     from swarmevo.analysis import assessment
     from swarmevo.config import seeded, sets
+    from swarmevo.errors import ConfigError
     from swarmevo.plugins.team import Team, load_config
     from swarmevo.runs.genomes import read_genomes
-    from swarmevo.runs.other_world import test_world
+    from swarmevo.runs.other_world import test_world, without_effect
     from swarmevo.views import console
 
+    if refused := without_effect(settings):
+        raise ConfigError(*refused)
     chosen = seeded(load_config(config, settings))
     if not sets(settings, "episode", "until"):
         chosen = test_world(chosen)

@@ -36,6 +36,17 @@ def one_world(settings: Config) -> Config:
     return settings.model_copy(update={"worlds": (), "vary": {}})
 
 
+def without_effect(overrides: Sequence[str]) -> list[str]:
+    """Return one line for each override that changes nothing where controllers of no run are tested."""
+    expected = f"a key of the world ({', '.join(WORLD)}), controller, fitness or evolution.seed"
+    keys = {override: override.partition("=")[0].strip() for override in overrides}
+    return [
+        f"--set {override}: expected {expected}; nothing else has an effect on tests"
+        for override, key in keys.items()
+        if key.partition(".")[0] in ("worlds", "vary", "optimiser", "evolution") and key != "evolution.seed"
+    ]
+
+
 def of_episode(settings: Config, key: EpisodeKey) -> Config:
     """Return the configuration of a stored episode: in its world, what varies as it was drawn."""
     return Worlds(settings).of_episode(*key)

@@ -300,6 +300,17 @@ def test_a_controller_from_a_file_is_tested_until_the_push_if_that_is_set(swarme
     assert at_horizon["homing_rate"] == 1.0 > at_push["homing_rate"]  # one comes after the push
 
 
+@pytest.mark.parametrize(
+    "setting", ["vary={box.mass: {uniform: [0.2, 0.28]}}", "worlds=[{}]", "optimiser=pde", "evolution.repeats=7"]
+)
+def test_what_has_no_effect_on_a_controller_from_a_file_is_refused(swarmevo_: Swarmevo, setting: str) -> None:
+    best = Path(swarmevo.__file__).parent / "shipped" / "best.json"
+    done = swarmevo_("test", "--genome", best, "paper", "--set", setting, "evolution.seed=5")
+    (error,) = done.errors
+    assert error.startswith(f"--set {setting}: expected a key of the world (")
+    assert error.endswith("nothing else has an effect on tests")
+
+
 def test_neither_run_nor_genome(swarmevo_: Swarmevo) -> None:
     done = swarmevo_("test")
     assert (done.code, done.errors) == (2, ["test: expected a run folder, or --genome FILE; got neither"])
