@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Final, overload
 
 from swarmevo import config as configuration
-from swarmevo import simulation
 from swarmevo.analysis import assessment, shipped
 from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.analysis.measures import Measures, measures_of
@@ -177,10 +176,7 @@ class Controller:
         return Replay(self._title, [replay_data.data(recording, self._title, f"seed {key.seed}")])
 
     def _world(self, robots: int | None, set: Mapping[str, Any] | None) -> tuple[Config, FloatArray]:
-        def errors(found: Config) -> list[str]:
-            return configuration.sense_errors(self._config, found) + simulation.scene_errors(found)
-
-        config = configuration.changed(self._config, _overrides(set), errors)
+        config = other_world.changed(self._config, _overrides(set))
         return other_world.team_of(config, self.genes, config.team.robots if robots is None else robots)
 
     def _keys(self, episodes: int, seed: int | None) -> list[EpisodeKey]:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 from swarmevo import config, simulation
@@ -63,16 +64,10 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
         ConfigError: With everything that is wrong.
         EvaluationError, PluginError, SimulatorError: The run's plugins cannot be made.
     """
-    if refused := [line for line in map(_refusal, overrides) if line]:
-        raise ConfigError(*refused)
     settings = test_world(store.config)
     if not overrides:
         return settings
-
-    def errors(found: config.Config) -> list[str]:
-        return config.sense_errors(settings, found) + simulation.scene_errors(found)
-
-    other = config.changed(settings, overrides, errors)
+    other = changed(settings, overrides, FIXED)
     with Evaluator(store.config, workers=1) as run, Evaluator(other, workers=1) as here:
         if run.space != here.space:
             raise ConfigError(f"--set {' '.join(overrides)}: expected the run's genome, got a controller of another")
@@ -80,15 +75,35 @@ def load(store: Store, overrides: Sequence[str]) -> Config:
     return other
 
 
-def _refusal(override: str) -> str:
+def changed(settings: Config, overrides: Sequence[str], fixed: Mapping[str, str] = MappingProxyType({})) -> Config:
+    """Return a controller's configuration with another world.
+
+    Args:
+        settings: The configuration.
+        overrides: ``section.key=value``
+        fixed: Keys of the world that may not be changed, and why.
+
+    Raises:
+        ConfigError: With everything that is wrong; a key that is none of the world's is.
+    """
+    if refused := [line for line in (_refusal(override, fixed) for override in overrides) if line]:
+        raise ConfigError(*refused)
+
+    def errors(found: config.Config) -> list[str]:
+        return config.sense_errors(settings, found) + simulation.scene_errors(found)
+
+    return config.changed(settings, overrides, errors)
+
+
+def _refusal(override: str, fixed: Mapping[str, str]) -> str:
     """Return what is wrong with changing this key, one line; "" if nothing is."""
     key = override.partition("=")[0].strip()
     section, dot, _ = key.partition(".")
-    if key in FIXED:
-        return f"--set {override}: expected another key; {FIXED[key]}"
+    if key in fixed:
+        return f"--set {override}: expected another key; {fixed[key]}"
     if dot and section in WORLD:
         return ""
-    return f"--set {override}: expected a key of the world ({', '.join(WORLD)}); all else is as the run has it"
+    return f"--set {override}: expected a key of the world ({', '.join(WORLD)}); all else is as it was evolved"
 
 
 def changes(run: Config, other: Config) -> list[str]:

@@ -34,6 +34,12 @@ def test_its_tests_end_at_the_push_if_that_is_set() -> None:
     assert whole.outcome.homing_rate == 1.0 > ended.outcome.homing_rate  # one comes after the push
 
 
+@pytest.mark.parametrize("key", ["evolution.repeats", "controller.feedforward.hidden"])
+def test_what_is_not_of_the_world_is_refused(key: str) -> None:
+    with pytest.raises(se.ConfigError, match="expected a key of the world"):
+        se.best().test(1, set={key: 7})
+
+
 def test_it_has_three_hidden_neurons_at_most() -> None:
     config, genes = shipped.best()
     (network,) = networks(Team(config), genes)

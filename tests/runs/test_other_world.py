@@ -60,7 +60,7 @@ def test_what_is_changed_is_told(run: Path) -> None:
     ("override", "message"),
     [
         ("optimiser.pde.mutation_rate=0.1", "expected a key of the world (arena, box, "),
-        ("fitness=box_pushing", "all else is as the run has it"),
+        ("fitness=box_pushing", "all else is as it was evolved"),
         ("controller.feedforward.hidden=3", "expected a key of the world"),
         ("evolution.seed=3", "expected a key of the world"),
         ("physics={drive: articulated}", "expected a key of the world"),

@@ -10,8 +10,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo import config as configuration
-from swarmevo import simulation
 from swarmevo.analysis import assessment, shipped
 from swarmevo.analysis.measures import HOMING, PUSH, measures_of
 from swarmevo.analysis.recording import Recording, record
@@ -200,11 +198,7 @@ def shipped_episodes(
         ConfigError: An override is refused.
     """
     paper, genes = shipped.best()
-
-    def errors(found: Config) -> list[str]:
-        return configuration.sense_errors(paper, found) + simulation.scene_errors(found)
-
-    config = configuration.changed(paper, overrides, errors)
+    config = other_world.changed(paper, overrides)
     key = shipped.key(repeat=repeat)
     place = ", ".join([f"seed {key.seed}, repeat {key.repeat}", *overrides])
     shown = []
