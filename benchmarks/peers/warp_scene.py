@@ -21,7 +21,7 @@ import numpy as np
 import warp as wp
 from mujoco_scene import VMAX, mjcf
 
-CONTACTS, ROWS = 48, 192  # of a world, most: asserted below
+CONTACTS, ROWS = 48, 192  # that a world has room for; what the last step needed is printed
 
 
 @wp.kernel
@@ -41,14 +41,14 @@ def drive(
     strength = wp.where(rf < 0.3, 1.0 - rf / 0.3, 0.0)
     left, right = float(bias), float(bias)
     for hidden in range(15):
-        sum = strength * first[world, 12, hidden]
+        total = strength * first[world, 12, hidden]
         for k in range(8):
             distance = rays[world, 8 * robot + k]
             if distance >= 0.0 and distance <= 0.1:
-                sum += (1.0 - distance * 10.0) * first[world, k, hidden]
-        sum = wp.tanh(sum)
-        left += sum * second[world, hidden, 0]
-        right += sum * second[world, hidden, 1]
+                total += (1.0 - distance * 10.0) * first[world, k, hidden]
+        total = wp.tanh(total)
+        left += total * second[world, hidden, 0]
+        right += total * second[world, hidden, 1]
     commands[world, 2 * robot] = wp.tanh(left) * fastest
     commands[world, 2 * robot + 1] = wp.tanh(right) * fastest
 
