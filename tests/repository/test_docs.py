@@ -177,7 +177,7 @@ def test_the_example_of_a_tracker_logs(distribution: Distribution, evolve: Calla
 
 def test_every_film_of_the_gallery_is_followed_by_the_command_that_made_it() -> None:
     _, *shown = re.split(r"\(images/", (DOCS / "gallery.md").read_text())
-    assert len(shown) == 7
+    assert len(shown) == 8
     for one in shown:
         film, _, text = one.partition(")")
         (command,) = re.findall(r"swarmevo replay .*--video (\S+)", text)
