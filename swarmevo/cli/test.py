@@ -156,10 +156,10 @@ def _of_no_run(config: str | None, source: str, settings: list[str], wanted: _Wa
     from swarmevo.errors import ConfigError
     from swarmevo.plugins.team import Team, load_config
     from swarmevo.runs.genomes import read_genomes
-    from swarmevo.runs.other_world import test_world, without_effect
+    from swarmevo.runs.other_world import ineffective, test_world
     from swarmevo.views import console
 
-    if refused := without_effect(settings):
+    if refused := ineffective(settings):
         raise ConfigError(*refused)
     chosen = seeded(load_config(config, settings))
     if not sets(settings, "episode", "until"):

@@ -37,7 +37,7 @@ def one_world(settings: Config) -> Config:
     return settings.model_copy(update={"worlds": (), "vary": {}})
 
 
-def without_effect(overrides: Sequence[str]) -> list[str]:
+def ineffective(overrides: Sequence[str]) -> list[str]:
     """Return one line for each override that changes nothing where controllers of no run are tested."""
     expected = f"a key of the world ({', '.join(WORLD)}), controller, fitness or evolution.seed"
     keys = {override: override.partition("=")[0].strip() for override in overrides}
