@@ -101,7 +101,7 @@ def _refusal(override: str, fixed: Mapping[str, str]) -> str:
     section, dot, _ = key.partition(".")
     if key in fixed:
         return f"--set {override}: expected another key; {fixed[key]}"
-    if dot and section in WORLD:
+    if section in WORLD and (dot or not fixed):  # a whole section has the fixed keys, too
         return ""
     return f"--set {override}: expected a key of the world ({', '.join(WORLD)}); all else is as it was evolved"
 

@@ -40,6 +40,10 @@ def test_what_is_not_of_the_world_is_refused(key: str) -> None:
         se.best().test(1, set={key: 7})
 
 
+def test_a_whole_section_of_the_world_may_be_set() -> None:
+    assert se.best().simulate(1, set={"episode": {"horizon": 1}}).config.episode.horizon == 1
+
+
 def test_it_has_three_hidden_neurons_at_most() -> None:
     config, genes = shipped.best()
     (network,) = networks(Team(config), genes)
