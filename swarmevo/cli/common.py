@@ -14,11 +14,13 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 import typer
+from typer.main import get_command
 
 from swarmevo._version import __version__
 from swarmevo.cli import streams
@@ -57,10 +59,16 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     given = sys.argv[1:] if arguments is None else arguments
     with streams.guarded(), own_stdout(), own_exit():
         try:
-            app(args=_repeat_lists(given), prog_name="swarmevo")
+            _command()(args=_repeat_lists(given), prog_name="swarmevo")
         except SwarmevoError as error:  # any other error is a fault of ours, and keeps its traceback
             exit_with(USAGE if isinstance(error, ConfigError) else FAILED, *error.errors)
     raise SystemExit(0)
+
+
+@cache
+def _command() -> Any:
+    """Return what ``app`` makes of all verbs, which takes longer than many a verb itself."""
+    return get_command(app)
 
 
 def program() -> NoReturn:
