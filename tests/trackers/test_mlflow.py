@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``--log mlflow``: what MLflow's own client reads back, whatever ended the run. Run where MLflow is installed."""
+"""``--log mlflow``: what MLflow's own client reads back, whatever ended the run."""
 
 from __future__ import annotations
 
