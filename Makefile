@@ -68,11 +68,10 @@ test-native: build/system-test
 	cmake --build build/native --target native_tests
 	build/native/native_tests
 
-# The slowest files go first, so that none is left alone at the end. Browsers, disks and processes are waited for, hence more
-# workers than cores.
+# The slowest files go first (tests/conftest.py). Browsers, disks and processes are waited for, hence more workers than cores.
 test-python: $(call needs,test)
 	cd tests && ../$(BIN)/python -m pytest -c ../pyproject.toml --rootdir .. --numprocesses $$(($$(nproc) * 2)) \
-	    --dist loadfile --no-loadscope-reorder evolution/test_zoo.py rivals repository views paper cli .
+	    --dist loadfile --no-loadscope-reorder
 
 # Every verb, the configuration, the interface in Python; old libraries warn of what is new since.
 LOWEST_TESTS := cli/test_evolve.py cli/test_paths.py config api views/test_figures.py

@@ -16,6 +16,19 @@ hypothesis.settings.load_profile("untimed")
 
 Distribution = Callable[..., Path]
 
+SLOWEST = (
+    *("evolution/test_zoo.py", "rivals/test_cma.py", "repository/test_validation.py", "views/test_replay.py"),
+    *("views/test_report.py", "repository/test_bit_flips.py", "views/test_report_page.py", "rivals/test_pareto.py"),
+    "paper/test_pde.py",
+)
+"""Files of one to four minutes, the slowest first."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the slowest files, so that no process is left alone with one of them at the end."""
+    rank = {Path(__file__).parent / file: i for i, file in enumerate(SLOWEST)}
+    items.sort(key=lambda item: rank.get(item.path, len(rank)))
+
 
 @pytest.fixture
 def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
