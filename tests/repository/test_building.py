@@ -6,9 +6,13 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 from packaging.requirements import Requirement
 from packaging.version import Version
+
+from conftest import SLOWEST, pytest_collection_modifyitems
 
 ROOT = Path(__file__).parents[2]
 MAKEFILE, CI = (ROOT / "Makefile").read_text(), (ROOT / ".ci" / "run").read_text()
@@ -35,6 +39,14 @@ def test_ci_runs_sanitizers_and_a_short_fuzz() -> None:
     assert {"sanitize", "fuzz-native", "FUZZ_SECONDS=5"} <= made_by_ci()
     (packages,) = re.findall(r"^FUZZ_PACKAGES := (.*)$", MAKEFILE, re.MULTILINE)
     assert set(packages.split()) == {"clang", "libclang-rt-dev"}
+
+
+def test_the_slowest_files_of_tests_are_there_and_begin_first() -> None:
+    slowest = [ROOT / "tests" / file for file in SLOWEST]
+    assert all(file.is_file() for file in slowest)
+    items: list[Any] = [SimpleNamespace(path=file) for file in (Path(__file__), *reversed(slowest))]
+    pytest_collection_modifyitems(items)
+    assert [item.path for item in items] == [*slowest, Path(__file__)]
 
 
 def test_development_and_ci_install_pinned_versions_of_all_that_is_declared() -> None:
