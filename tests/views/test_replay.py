@@ -569,6 +569,16 @@ def test_figures_are_of_the_scene(name: str, films: dict[str, Recording]) -> Non
     assert np.isclose(figures.occupancy(films[name]).axes[0].images[0].get_array().sum(), 100)
 
 
+DRAWN_TWICE = """(() => {
+  const found = [];
+  swarmevo.player.stages[0].scene.viewer.scene.traverse((node) => {
+    if (node.material && node.material.transparent && node.material.side === 2) found.push(node.parent.name);
+  });
+  return found;
+})()"""
+"""What is clear and has two sides: each is drawn for itself, by programs that are looked up anew in each frame."""
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_the_page_shows_each_scene(name: str, browser: Browser, films: dict[str, Recording], tmp_path: Path) -> None:
     """Each movable is where it was, those that were pushed too; what a scene has not is not spoken of."""
@@ -583,6 +593,7 @@ def test_the_page_shows_each_scene(name: str, browser: Browser, films: dict[str,
             np.testing.assert_allclose(shown, film.telemetry.movables[0, round(10 * t), :, :2], atol=1e-4)
         browsers.keep(page, f"replay-{name}")
         assert page.locator(".sw-plot:visible").count() == (2 if name in ("pucks", "round") else 1)
+        assert page.evaluate(DRAWN_TWICE) == []
         assert watched.errors == []
 
 

@@ -34,6 +34,9 @@ FLOOR_LAYERS: Final = {
 CORE: Final = "#20262b"
 SIGNAL: Final = "#7a5cff"
 LIGHT: Final = "#e8b400"
+_SEEN_FROM_OUTSIDE: Final = {"side": 0}
+"""Solids are closed, and what lies flat is seen from above. Both sides of what is clear would be drawn one after the
+other, each by a program of its own that is looked up anew in each frame."""
 
 
 @dataclass(frozen=True)
@@ -154,20 +157,24 @@ def sector(inner: float, outer: float, yaw: float, half_width: float) -> Shape:
 
 def glossy(colour: str, opacity: float = 1.0, **properties: Any) -> MeshPhongMaterial:
     """Return a material that shines."""
-    return MeshPhongMaterial(
-        color=number(colour), opacity=opacity, **{"shininess": 40, "specular": 0x222222, **properties}
-    )
+    look = {**_SEEN_FROM_OUTSIDE, "shininess": 40, "specular": 0x222222, **properties}
+    return MeshPhongMaterial(color=number(colour), opacity=opacity, **look)
 
 
 def matt(colour: str, **properties: Any) -> MeshLambertMaterial:
     """Return a material that is lit and does not shine."""
-    return MeshLambertMaterial(color=number(colour), **properties)
+    return MeshLambertMaterial(color=number(colour), **_SEEN_FROM_OUTSIDE, **properties)
 
 
 def flat(colour: str, opacity: float = 1.0, map: Text | None = None) -> MeshBasicMaterial:
     """Return a material of the same colour in any light."""
     return MeshBasicMaterial(
-        color=number(colour), opacity=opacity, transparent=opacity < 1 or map is not None, map=map, depthWrite=False
+        color=number(colour),
+        opacity=opacity,
+        transparent=opacity < 1 or map is not None,
+        map=map,
+        depthWrite=False,
+        **_SEEN_FROM_OUTSIDE,
     )
 
 

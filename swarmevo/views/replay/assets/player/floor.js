@@ -48,7 +48,6 @@ function trail(track, robot, colour, strength, fade) {
     uniforms: { now: { value: 0 }, fade: { value: fade }, strength: { value: strength }, colour: { value: new THREE.Color(colour) } },
     transparent: true,
     depthWrite: false,
-    side: THREE.DoubleSide,
   });
   const mesh = new THREE.Mesh(geometry, material);
   mesh.frustumCulled = false;

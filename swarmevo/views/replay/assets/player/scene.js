@@ -10,12 +10,21 @@ const THEMES = {
   dark: { floor: "#39434c", wall: "#56626c", target: "#2b7f75", reached: "#2fd0bd", grid: [255, 0.06], trail: 0.9, ambient: 0.58, key: 0.48 },
 };
 
+/** Meshcat's viewer, which draws nothing before it has something to draw; `before` is called before each frame. */
+class Viewer extends MeshCat.Viewer {
+  render() {
+    if (!this.before) return;
+    this.before();
+    super.render();
+  }
+}
+
 /** One episode in meshcat's viewer; `view` is what of it is wanted to be seen. */
 class Scene {
   constructor(parent, view, moved) {
     this.view = view;
     this.holder = element("div", "sw-view", undefined, parent);
-    this.viewer = new MeshCat.Viewer(this.holder);
+    this.viewer = new Viewer(this.holder);
     this.viewer.gui.domElement.remove();
     this.viewer.set_3d_pane_size = () => this._fill();
     this.viewer.hide_background();
@@ -23,11 +32,9 @@ class Scene {
     this.viewer.renderer.localClippingEnabled = true;
     for (const name of ["Grid", "Axes"]) this.viewer.set_property([name], "visible", false);
     this._light();
-    const render = this.viewer.render.bind(this.viewer);
-    this.viewer.render = () => {
+    this.viewer.before = () => {
       this.viewer.controls.update();
       this._face();
-      render();
     };
     this.camera = new Camera(this.viewer, this.holder, moved);
     this.labels = element("div", "sw-labels", undefined, parent);

@@ -26,7 +26,7 @@ class Beams {
     this.geometry.setAttribute("position", attribute(3));
     this.geometry.setAttribute("colour", attribute(4));
     this.geometry.setIndex(Array.from({ length: most }, (_, n) => [0, 1, 2, 1, 3, 2].map((k) => 4 * n + k)).flat());
-    const material = new THREE.ShaderMaterial({ ...BEAM_SHADER, transparent: true, depthWrite: false, side: THREE.DoubleSide });
+    const material = new THREE.ShaderMaterial({ ...BEAM_SHADER, transparent: true, depthWrite: false });
     this.mesh = new THREE.Mesh(this.geometry, material);
     this.mesh.frustumCulled = false;
     const { bounds } = track.episode.arena;
