@@ -17,7 +17,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: dev install evolve test test-native test-python test-lowest lint fix sanitize sanitize-address sanitize-thread build-address fuzz fuzz-native wheel test-wheel validation docs clean FORCE
+.PHONY: dev install evolve test test-native test-python test-lowest lint fix sanitize sanitize-address sanitize-thread build-address build-thread fuzz fuzz-native wheel test-wheel validation docs clean FORCE
 
 , := ,
 PYTHON ?= python3
@@ -110,9 +110,11 @@ build-address: build/system-test build/system-fuzz
 sanitize-address: build-address
 	UBSAN_OPTIONS=halt_on_error=1 build/address/native_tests
 
-sanitize-thread: build/system-test build/system-fuzz
+build-thread: build/system-test build/system-fuzz
 	$(call sanitized,thread,-DSWARMEVO_SANITIZE=thread)
 	cmake --build build/thread --target threaded_tests
+
+sanitize-thread: build-thread
 	build/thread/threaded_tests
 
 # What they find beyond native/fuzz/corpus stays in build/fuzz/corpus; an input that fails is left in build/fuzz.
@@ -148,9 +150,10 @@ clean:
 
 # ---- what the targets need --------------------------------------------------------------------------------------------
 
-# Installs the Debian packages that are missing; without root, prints the one line to run.
+# Installs the Debian packages that are missing; without root, prints the one line to run. One at a time: apt does not wait.
 build/system build/system-test build/system-lint build/system-fuzz: build/system%: Makefile
 	@mkdir -p build; \
+	exec {lock}>build/system.lock; flock $$lock; \
 	packages="$(BUILD_PACKAGES)"; \
 	case "$*" in -test) packages+=" $(TEST_PACKAGES)";; -lint) packages+=" $(LINT_PACKAGES)";; -fuzz) packages+=" $(FUZZ_PACKAGES)";; esac; \
 	missing=; \
