@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The paper's optimiser against all that come with swarmevo, on three tasks, with equal budgets in episodes.
+"""The paper's optimiser against all that come with swarmevo, on tasks that ship, with equal budgets in episodes.
 
-    python -m benchmarks.rivals --out runs/rivals > docs/results/rivals.md
+    python -m benchmarks.rivals --seeds 1-20 --tasks phototaxis localisation > docs/results/rivals.md
 
-Each task is a sweep below ``--out``: all optimisers with the same seeds, one trial each. Then the fronts are tested
-again on fresh seeds and compared. What is stored is not run again: the same command goes on after any end.
+Seed by seed, each task is evolved by all optimisers, one trial each, and the fronts are tested again on fresh seeds: a
+sweep below ``--out``, which goes on after any end. What came out is kept in ``--kept``, a row a trial; seeds that
+are there are not evolved again, so the trials may come from several sittings.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import csv
+import dataclasses
 import sys
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -22,10 +25,12 @@ from typing import Any, Final
 import swarmevo as se
 from benchmarks.pages import table
 from swarmevo.analysis import comparison
-from swarmevo.analysis.comparison import Comparison, Measure, Pair
+from swarmevo.analysis.comparison import Measure, Pair
 from swarmevo.runs.store import Store
 from swarmevo.sweeps import folder as folders
+from swarmevo.sweeps.grid import parse_seeds
 
+KEPT: Final = Path("docs/results/rivals.csv")
 PAPER: Final = "pde"
 SINGLE: Final = ("cma",)
 """They optimise the sum of the objectives' costs; here that of the first."""
@@ -58,6 +63,12 @@ TASKS: Final = (
         (PAPER, *SINGLE, "como_cma", *FRONTS, "random"),
     ),
     Task(
+        "localisation",
+        "one robot finds an emitter: F1 without its box against hidden neurons",
+        ("box_pushing", "hidden_neurons"),
+        (PAPER, *SINGLE, "como_cma", *FRONTS, "random"),
+    ),
+    Task(
         "aggregation",
         "eight robots gather: aggregation against hidden neurons",
         ("aggregation", "hidden_neurons"),
@@ -72,32 +83,55 @@ def optimisers_of(task: Task) -> list[Any]:
     return [*named, {"pde": {"rates": "self"}}]
 
 
-def evolve(task: Task, out: Path, seeds: int, episodes: int, population: int, repeats: int) -> None:
-    """Run a task's sweep, as far as it is not stored."""
+@dataclass(frozen=True)
+class Budget:
+    """What each trial has; the options of the same names."""
+
+    episodes: int
+    population: int
+    repeats: int
+    tests: int
+
+
+@dataclass(frozen=True, order=True)
+class Trial:
+    """What came of one: a row of the file."""
+
+    task: str
+    optimiser: str
+    seed: int
+    hypervolume: float
+    """Of its front on fresh seeds, as a share of what there could be."""
+    first: float
+    """Best mean of the first objective on its front, on fresh seeds."""
+
+
+def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> list[Trial]:
+    """Make the trials of a task with one seed, as far as they are not stored in a folder, and test them."""
     settings = {
         "fitness": list(task.fitness),
         "evolution.trials": 1,
-        "evolution.episodes": episodes,
+        "evolution.episodes": budget.episodes,
         "evolution.generations": 1_000_000,
-        "evolution.population": population,
-        "evolution.repeats": repeats,
+        "evolution.population": budget.population,
+        "evolution.repeats": budget.repeats,
     }
-    print(f"{out}: evolution", file=sys.stderr, flush=True)
-    found = se.sweep(task.config, {"optimiser": optimisers_of(task)}, seeds=range(1, seeds + 1), out=out, set=settings)
-    for row in found.rows:
-        for failure in row.failed:
-            print(f"{out}: {failure}", file=sys.stderr, flush=True)
-
-
-def compared(out: Path, repeats: int) -> Comparison:
-    """Test the fronts of a sweep again and compare its settings."""
-    print(f"{out}: tests", file=sys.stderr, flush=True)
+    print(f"{folder}: evolution", file=sys.stderr, flush=True)
+    found = se.sweep(task.config, {"optimiser": optimisers_of(task)}, seeds=[seed], out=folder, set=settings)
+    if failed := [failure for row in found.rows for failure in row.failed]:
+        sys.exit(f"{folder}: {failed[0]}")
+    print(f"{folder}: tests", file=sys.stderr, flush=True)
     with contextlib.ExitStack() as opened:
-        groups: dict[str, list[Store]] = defaultdict(list)
-        for run in (run for group in folders.groups([out]) for run in folders.runs_of(group)):
-            store = opened.enter_context(Store.open(run))
-            groups[name_of(store)].append(store)
-        return comparison.compare(groups, repeats)
+        stores = [
+            opened.enter_context(Store.open(run))
+            for group in folders.groups([folder])
+            for run in folders.runs_of(group)
+        ]
+        compared = comparison.compare({name_of(store): [store] for store in stores}, budget.tests)
+    assert compared.objectives[0].is_maximised, compared.objectives[0]
+    return [
+        Trial(task.config, group.name, seed, one.tested, one.first) for group in compared.groups for one in group.trials
+    ]
 
 
 def name_of(store: Store) -> str:
@@ -106,14 +140,55 @@ def name_of(store: Store) -> str:
     return f"{name}, own rates" if options.get("rates") == "self" else name
 
 
+# ---- what is kept ----------------------------------------------------------------------------------------------------
+
+COLUMNS: Final = [field.name for field in dataclasses.fields(Trial)] + [
+    field.name for field in dataclasses.fields(Budget)
+]
+
+
+def read(path: Path, budget: Budget) -> list[Trial]:
+    """Return the trials in a file, none if there is no such file.
+
+    Raises:
+        SystemExit: One of them had another budget.
+    """
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    for row in rows:
+        if (found := Budget(*(int(row[field.name]) for field in dataclasses.fields(Budget)))) != budget:
+            sys.exit(f"{path}: expected trials with {budget}, got {found}; keep them in another file with --kept")
+    return [
+        Trial(row["task"], row["optimiser"], int(row["seed"]), float(row["hypervolume"]), float(row["first"]))
+        for row in rows
+    ]
+
+
+def write(path: Path, trials: Sequence[Trial], budget: Budget) -> None:
+    """Write trials to a file, all or none, in the order of tasks, optimisers and seeds."""
+    new = path.with_suffix(".new")
+    with new.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({**dataclasses.asdict(one), **dataclasses.asdict(budget)} for one in sorted(trials))
+    new.replace(path)
+
+
 # ---- the page --------------------------------------------------------------------------------------------------------
 
 
-def page(task: Task, found: Comparison) -> Iterator[str]:
+def page(task: Task, trials: Sequence[Trial]) -> Iterator[str]:
+    """Return what a task's trials say."""
+    volumes: dict[str, list[float]] = defaultdict(list)
+    firsts: dict[str, list[float]] = defaultdict(list)
+    for one in sorted(trials):
+        volumes[one.optimiser].append(one.hypervolume)
+        firsts[one.optimiser].append(one.first)
+    volume = comparison.measure("hypervolume", True, volumes)
+    first = comparison.measure(task.fitness[0], True, firsts)
     yield f"\n## {task.config}: {task.meaning}\n\n"
-    volume = next(measure for measure in found.measures if measure.name == "hypervolume")
-    first = next(measure for measure in found.measures if measure.name == found.objectives[0].name)
-    order = sorted(volume.values, key=lambda name: -median(volume.values[name]))
     yield table(
         [
             "optimiser",
@@ -134,10 +209,9 @@ def page(task: Task, found: Comparison) -> Iterator[str]:
                 middle(first.values[name]),
                 *effect(first, name),
             ]
-            for name in order
+            for name in sorted(volumes, key=lambda name: -median(volumes[name]))
         ],
     )
-    yield "".join(f"\n{note}\n" for note in found.notes)
     yield f"\n{verdict(volume)}\n"
 
 
@@ -182,45 +256,55 @@ def verdict(measure: Measure) -> str:
     )
 
 
-def head(options: argparse.Namespace) -> str:
-    given = ("seeds", "episodes", "population", "repeats", "tests")
-    command = " ".join(["python -m benchmarks.rivals", *(f"--{name} {getattr(options, name)}" for name in given)])
+def head(budget: Budget, seeds: str, tasks: Sequence[Task]) -> str:
+    given = {"seeds": seeds, **dataclasses.asdict(budget), "tasks": " ".join(task.config for task in tasks)}
+    command = " ".join(["python -m benchmarks.rivals", *(f"--{name} {value}" for name, value in given.items())])
     return f"""\
 # The paper's optimiser and its rivals
 
 Made by this command, which evolves, tests and compares:
 
 ```console
-{command} --tasks {" ".join(options.tasks)} --out runs/rivals > docs/results/rivals.md
+{command} --out runs/rivals > docs/results/rivals.md
 ```
 
-Each optimiser had {options.episodes} episodes a trial, {options.seeds} trials with the same seeds, a population of
-{options.population}, {options.repeats} repeats, and otherwise its defaults. `pde` has the rates of the task's
-configuration; *own rates* is the self-adaptive one. `cma` and the map searches make the first objective better alone;
-their fronts are what came by the way. All numbers are of {options.tests} tests of each controller of the fronts, on
-fresh seeds. Hypervolumes are shares of what there could be; medians, least and largest over the trials. *Better than
-PDE's* is how often a trial is better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is
-by Mann and Whitney, adjusted by Holm for all pairs ([Comparing runs](../comparing.md)).
+It keeps what came of each trial in `docs/results/rivals.csv`, and evolves what is not there: without that file all.
+
+Each optimiser had {budget.episodes} episodes a trial, the same seeds, a population of {budget.population},
+{budget.repeats} repeats, and otherwise its defaults. `pde` has the rates of the task's configuration; *own rates* is
+the self-adaptive one. `cma` and the map searches make the first objective better alone; their fronts are what came by
+the way. All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are
+shares of what there could be; medians, least and largest over the trials. *Better than PDE's* is how often a trial is
+better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted
+by Holm for all pairs ([Comparing runs](../comparing.md)).
 """
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("runs/rivals"))
-    parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--episodes", type=int, default=9000)
-    parser.add_argument("--population", type=int, default=30)
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--kept", type=Path, default=KEPT)
+    parser.add_argument("--seeds", default="1-20")
+    parser.add_argument("--episodes", type=int, default=1800)
+    parser.add_argument("--population", type=int, default=20)
+    parser.add_argument("--repeats", type=int, default=2)
     parser.add_argument("--tests", type=int, default=10)
     parser.add_argument("--tasks", nargs="+", choices=[task.config for task in TASKS], default=["paper"])
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    budget = Budget(options.episodes, options.population, options.repeats, options.tests)
     chosen = [task for task in TASKS if task.config in options.tasks]
+    seeds = parse_seeds(options.seeds)
+    trials = read(options.kept, budget)
     for task in chosen:
-        evolve(task, options.out / task.config, options.seeds, options.episodes, options.population, options.repeats)
-    print(head(options), end="")
+        there = {one.seed for one in trials if one.task == task.config}
+        for seed in (seed for seed in seeds if seed not in there):
+            folder = options.out / task.config / f"seed-{seed}"
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            trials += evolved(task, folder, seed, budget)
+            write(options.kept, trials, budget)
+    print(head(budget, options.seeds, chosen), end="")
     for task in chosen:
-        print("".join(page(task, compared(options.out / task.config, options.tests))), end="", flush=True)
+        print("".join(page(task, [one for one in trials if one.task == task.config and one.seed in seeds])), end="")
 
 
 if __name__ == "__main__":

@@ -253,17 +253,27 @@ def hypervolume_at(trials: Sequence[Trial], episodes: FloatArray) -> FloatArray:
 
 
 def _measures(groups: Sequence[Group], objectives: Sequence[Objective]) -> Iterator[Measure]:
-    yield _measure("hypervolume", True, {group.name: [one.tested for one in group.trials] for group in groups})
+    yield measure("hypervolume", True, {group.name: [one.tested for one in group.trials] for group in groups})
     first = objectives[0]
     if len(objectives) > 1:
         values = {group.name: [one.first for one in group.trials] for group in groups}
-        yield _measure(first.name, first.is_maximised, values)
+        yield measure(first.name, first.is_maximised, values)
     rates = {group.name: [one.success for one in group.trials if one.success is not None] for group in groups}
     if all(rates.values()):
-        yield _measure("success", True, rates)
+        yield measure("success", True, rates)
 
 
-def _measure(name: str, more_is_better: bool, values: dict[str, list[float]]) -> Measure:
+def measure(name: str, more_is_better: bool, values: dict[str, list[float]]) -> Measure:
+    """Return what a number of each trial says of how groups differ.
+
+    Args:
+        name: Of the number.
+        more_is_better: Whether a larger one is.
+        values: By group, at least two: those of its trials.
+
+    Raises:
+        SwarmevoError: scipy is not installed.
+    """
     pairs = list(itertools.combinations(values, 2))
     adjusted = holm([mann_whitney(values[a], values[b]) for a, b in pairs])
     return Measure(
