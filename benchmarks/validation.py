@@ -57,7 +57,8 @@ The physics is held against an independent reference, `native/reference/planar.c
 they run into, in the plane, with springs, dampers and Coulomb's circles in explicit steps of 10 us. It shares neither
 code nor method with the library, and is held in turn against the figures of a simulator from outside this project.
 Whole episodes on it, with sensors and noise of their own, tell
-[what the shipped controller does in a second simulator](results/second-simulator.md).
+[what the shipped controller does in a second simulator](results/second-simulator.md), and
+[what the tasks' controllers do there](results/second-simulator-tasks.md).
 
 Within the library there are two models of the robot. `physics.drive: driven_contacts`, the default, is one rigid body
 whose wheels are contacts with a moving surface. `physics.drive: articulated` is a chassis and two wheel bodies on

@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks.cases import changed
 from benchmarks.pages import rate, seconds, table
-from benchmarks.second_simulator.episode import TIME_STEP, Network, Outcome, networks_of, run
+from benchmarks.second_simulator.episode import TIME_STEP, Network, Outcome, networks_of, run, team_of
 from swarmevo import config as configuration
 from swarmevo.analysis import assessment, shipped, table_ii
 from swarmevo.cli.common import run_and_individual, team_sizes
@@ -91,7 +91,7 @@ def _of_file(title: str, text: str) -> Tested:
 def in_second(config: Config, networks: Sequence[Network], robots: int, tests: int) -> Row:
     """Test a team in the second simulator."""
     world = other_world.of_size(config, robots)
-    return summary([run(world, networks, np.random.default_rng((SEED, robots, i))) for i in range(tests)])
+    return summary([run(world, team_of(networks), np.random.default_rng((SEED, robots, i))) for i in range(tests)])
 
 
 def summary(outcomes: Sequence[Outcome]) -> Row:
