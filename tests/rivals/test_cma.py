@@ -17,7 +17,9 @@ from swarmevo.protocols import Block, GenomeSpace, SceneInfo
 from swarmevo.testing import CHROMOSOME, OptimiserTests
 from swarmevo_paper.network import FeedForwardNetwork
 from swarmevo_rivals.cma import CMAES
+from swarmevo_rivals.linear import axes_of, log_determinant, product
 from swarmevo_rivals.restarts import MOST_DOUBLINGS, Schedule
+from swarmevo_rivals.search import Search
 
 REAL = GenomeSpace((Block("weights", (6,)),))
 MIXED = GenomeSpace((Block("weights", (6,)), Block("switches", (2,), "switch")))
@@ -82,7 +84,7 @@ def least(generations=150, **options):
 
 def test_of_several_starts_the_best_goes_on():
     alone = [least(seed=seed) < 0.1 for seed in range(12)]
-    several = [least(seed=seed, starts=6, start_generations=20, generations=250) < 0.1 for seed in range(12)]
+    several = [least(seed=seed, starts=12, start_generations=20, generations=370) < 0.1 for seed in range(12)]
     assert 1 <= sum(alone) <= 8
     assert sum(several) >= 11
 
@@ -299,38 +301,137 @@ def test_a_run_that_is_interrupted_in_every_generation_has_the_same_bits(options
         assert state == encode_state(whole.state())  # nor does anything of the process's memory get into it
         np.testing.assert_array_equal(optimiser.answer(), whole.answer())
         states.append(optimiser.state())
-    assert len({one["search"]["_popsize"] for one in states}) > 1 or options.get("restarts", "none") == "none"
-
-
-def test_bits_do_not_depend_on_the_threads_of_linear_algebra():
-    """With the paper's 257 genes: of small matrices the library makes one part anyway."""
-    program = (
-        "import hashlib, numpy as np\n"
-        "from test_cma import make, PAPER\n"
-        "optimiser = make(PAPER, 12)\n"
-        "for _ in range(3):\n"
-        "    genomes = optimiser.ask()\n"
-        "    optimiser.tell(genomes, np.square(genomes).sum(axis=1, keepdims=True))\n"
-        "print(hashlib.sha256(optimiser.ask().tobytes()).hexdigest())\n"
-    )
-    found = []
-    for threads in ("1", "3"):
-        names = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
-        path = os.pathsep.join([os.path.dirname(__file__), *filter(None, sys.path)])
-        environment = {**os.environ, **dict.fromkeys(names, threads), "PYTHONPATH": path}
-        found.append(subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True))
-    assert [one.returncode for one in found] == [0, 0], found
-    assert found[0].stdout == found[1].stdout
+    assert len({one["search"]["population"] for one in states}) > 1 or options.get("restarts", "none") == "none"
 
 
 PAPER = FeedForwardNetwork().space(SceneInfo(robots=5, control_steps=10, control_period=0.1))
+"""The paper's 257 genes."""
+MANY = GenomeSpace((Block("weights", (18,)),))
+PROCESSORS = [
+    {},
+    {"OPENBLAS_NUM_THREADS": "3", "MKL_NUM_THREADS": "3", "OMP_NUM_THREADS": "3"},
+    {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": "X86_V3,X86_V4,AVX2,FMA3,AVX512F,AVX512_SKX"},
+    {"OPENBLAS_CORETYPE": "Haswell"},
+]
+"""What NumPy and OpenBLAS are told to compute with, as far as this one can do it."""
 
 
-def test_the_state_of_another_version_of_the_library_is_refused(monkeypatch):
+def test_bits_do_not_depend_on_the_processor_nor_on_threads():
+    program = (
+        "import hashlib, numpy as np\n"
+        "from test_cma import make, MANY, PAPER\n"
+        "for space, population, generations in ((PAPER, 12, 5), (MANY, 12, 60)):\n"
+        "    for learning_rate in ('fixed', 'adaptive')[: 1 + (space is MANY)]:\n"
+        "        optimiser = make(space, population, learning_rate=learning_rate)\n"
+        "        for _ in range(generations):\n"
+        "            genomes = optimiser.ask()\n"
+        "            costs = (np.arange(1, genomes.shape[1] + 1) * genomes**2).sum(axis=1, keepdims=True)\n"
+        "            optimiser.tell(genomes, costs)\n"
+        "        print(hashlib.sha256(optimiser.ask().tobytes()).hexdigest())\n"
+    )
+    found = []
+    for settings in PROCESSORS:
+        path = os.pathsep.join([os.path.dirname(__file__), *filter(None, sys.path)])
+        environment = {**os.environ, **settings, "PYTHONPATH": path}
+        found.append(subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True))
+    assert {one.returncode for one in found} == {0}, found
+    assert len({one.stdout for one in found}) == 1
+    assert len(found[0].stdout.splitlines()) == 3
+
+
+def test_the_state_of_a_search_by_the_library_is_refused():
     state = make().state()
-    monkeypatch.setattr(cmaes, "__version__", "99.0")
-    with pytest.raises(ValueError, match=r"^expected cmaes 0\S+, with which the run was begun, got 99.0; "):
+    state["search"] = {"cmaes": "0.13.1", "_mean": np.zeros(6)}
+    with pytest.raises(
+        ValueError, match=r"^expected a search by swarmevo's own CMA-ES, got one by the library cmaes, "
+    ):
         make().restore(state)
+
+
+# ---- beside another author's -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("adapts", [False, True])
+@pytest.mark.parametrize(("n", "population"), [(1, 4), (2, 7), (6, 4), (18, 32), (40, 15)])
+def test_it_learns_what_the_library_cmaes_learns(n, population, adapts):
+    """From the same points with the same costs, some of them equal."""
+    ours = Search(np.full(n, 0.5), 1.3, population, adapts, generator())
+    theirs = cmaes.CMA(np.full(n, 0.5), 1.3, population_size=population, lr_adapt=adapts)
+    theirs._funhist_values.fill(0.0)  # the library leaves chance in it
+    noise = generator(2)
+    for _ in range(60):
+        points = ours.ask()
+        costs = (np.arange(1, n + 1) * (points - 1) ** 2).sum(axis=1) + noise.standard_normal(population)
+        costs[1] = costs[0]
+        ours.tell(points, costs)
+        theirs.ask()
+        theirs.tell(list(zip(points, costs.tolist(), strict=True)))
+        known = ours.state()
+        np.testing.assert_allclose(known["mean"], theirs.mean, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(known["sigma"], theirs._sigma, rtol=1e-9)
+        np.testing.assert_allclose(known["covariance"], theirs._C, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(known["step_path"], theirs._p_sigma, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(known["path"], theirs._pc, rtol=1e-9, atol=1e-9)
+        assert ours.is_over() == theirs.should_stop()
+
+
+@pytest.mark.parametrize("costs", ["flat", "converging", "far"])
+def test_it_is_over_when_the_library_says_so(costs):
+    n, population = 3, 6
+    ours = Search(np.zeros(n), 1.0, population, False, generator())
+    theirs = cmaes.CMA(np.zeros(n), 1.0, population_size=population)
+    theirs._funhist_values.fill(0.0)
+    for generation in range(2000):  # noqa: B007
+        points = ours.ask()
+        values = {"flat": np.ones(population), "converging": (points**2).sum(axis=1), "far": points.sum(axis=1)}[costs]
+        ours.tell(points, values)
+        theirs.ask()
+        theirs.tell(list(zip(points, values.tolist(), strict=True)))
+        assert ours.is_over() == theirs.should_stop()
+        if ours.is_over():
+            break
+    assert 10 < generation < 1000
+
+
+def test_points_from_far_away_are_learnt_from():
+    """As after a change of the genomes that were asked for."""
+    search = Search(np.zeros(3), 1.0, 6, False, generator())
+    for far in (1e3, 1e12, 1e30):
+        search.tell(far * search.ask(), np.arange(6.0))
+        assert np.isfinite(search.ask()).all()
+
+
+def test_points_have_the_covariance_that_was_learnt():
+    search = Search(np.zeros(3), 1.0, 20, False, generator())
+    for _ in range(30):
+        points = search.ask()
+        search.tell(points, (np.array([1.0, 30.0, 900.0]) * points**2).sum(axis=1) - 20 * points[:, 0] * points[:, 1])
+    known = search.state()
+    points = np.concatenate([search.ask() for _ in range(10_000)])
+    found = np.cov((points - known["mean"]).T) / known["sigma"] ** 2
+    np.testing.assert_allclose(found, known["covariance"], rtol=0.03, atol=0.03 * known["covariance"].max())
+    assert abs(known["covariance"][0, 1]) > 0.1
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 40])
+def test_axes_are_those_that_numpy_finds(n):
+    rng = generator(n)
+    scales = 10.0 ** rng.uniform(-3, 3, n)
+    matrix = np.cov(rng.standard_normal((n, 3 * n))).reshape(n, n) * np.outer(scales, scales)
+    found = axes_of(matrix, np.eye(n))
+    for values, axes in (found, axes_of(matrix, found[1]), axes_of(matrix, found[1][::-1])):
+        np.testing.assert_allclose(values, np.linalg.eigvalsh(matrix), atol=1e-13 * values[-1])
+        np.testing.assert_allclose(axes @ axes.T, np.eye(n), atol=1e-12)
+        np.testing.assert_allclose(axes.T * values @ axes, matrix, atol=1e-13 * values[-1])
+    np.testing.assert_allclose(product(axes, matrix), axes @ matrix, atol=1e-13 * values[-1])
+    np.testing.assert_allclose(log_determinant(matrix), np.linalg.slogdet(matrix)[1], rtol=1e-9)
+
+
+def test_axes_of_matrices_that_are_special():
+    for matrix in (np.zeros((3, 3)), np.eye(4), np.ones((5, 5)), np.diag([3.0, 1e-150, 2.0]), np.full((1, 1), 7.0)):
+        values, axes = axes_of(matrix, np.eye(len(matrix)))
+        assert (np.diff(values) >= 0).all()
+        np.testing.assert_allclose(axes.T * values @ axes, matrix, atol=1e-14)
 
 
 # ---- given genomes ---------------------------------------------------------------------------------------------------
