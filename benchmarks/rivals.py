@@ -118,7 +118,7 @@ def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> list[Trial]:
     }
     print(f"{folder}: evolution", file=sys.stderr, flush=True)
     found = se.sweep(task.config, {"optimiser": optimisers_of(task)}, seeds=[seed], out=folder, set=settings)
-    if failed := [failure for row in found.rows for failure in row.failed]:
+    if failed := [f"{row.name}: {why}" for row in found.rows for why in row.failed.values()]:
         sys.exit(f"{folder}: {failed[0]}")
     print(f"{folder}: tests", file=sys.stderr, flush=True)
     with contextlib.ExitStack() as opened:

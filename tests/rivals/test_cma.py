@@ -3,19 +3,15 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 
 import cmaes
 import numpy as np
 import pytest
 
 from swarmevo.evolution.state import decode_state, encode_state
-from swarmevo.protocols import Block, GenomeSpace, SceneInfo
+from swarmevo.protocols import Block, GenomeSpace
 from swarmevo.testing import CHROMOSOME, OptimiserTests
-from swarmevo_paper.network import FeedForwardNetwork
 from swarmevo_rivals.cma import CMAES
 from swarmevo_rivals.linear import axes_of, log_determinant, product
 from swarmevo_rivals.restarts import MOST_DOUBLINGS, Schedule
@@ -302,41 +298,6 @@ def test_a_run_that_is_interrupted_in_every_generation_has_the_same_bits(options
         np.testing.assert_array_equal(optimiser.answer(), whole.answer())
         states.append(optimiser.state())
     assert len({one["search"]["population"] for one in states}) > 1 or options.get("restarts", "none") == "none"
-
-
-PAPER = FeedForwardNetwork().space(SceneInfo(robots=5, control_steps=10, control_period=0.1))
-"""The paper's 257 genes."""
-MANY = GenomeSpace((Block("weights", (18,)),))
-PROCESSORS = [
-    {},
-    {"OPENBLAS_NUM_THREADS": "3", "MKL_NUM_THREADS": "3", "OMP_NUM_THREADS": "3"},
-    {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": "X86_V3,X86_V4,AVX2,FMA3,AVX512F,AVX512_SKX"},
-    {"OPENBLAS_CORETYPE": "Haswell"},
-]
-"""What NumPy and OpenBLAS are told to compute with, as far as this one can do it."""
-
-
-def test_bits_do_not_depend_on_the_processor_nor_on_threads():
-    program = (
-        "import hashlib, numpy as np\n"
-        "from test_cma import make, MANY, PAPER\n"
-        "for space, population, generations in ((PAPER, 12, 5), (MANY, 12, 60)):\n"
-        "    for learning_rate in ('fixed', 'adaptive')[: 1 + (space is MANY)]:\n"
-        "        optimiser = make(space, population, learning_rate=learning_rate)\n"
-        "        for _ in range(generations):\n"
-        "            genomes = optimiser.ask()\n"
-        "            costs = (np.arange(1, genomes.shape[1] + 1) * genomes**2).sum(axis=1, keepdims=True)\n"
-        "            optimiser.tell(genomes, costs)\n"
-        "        print(hashlib.sha256(optimiser.ask().tobytes()).hexdigest())\n"
-    )
-    found = []
-    for settings in PROCESSORS:
-        path = os.pathsep.join([os.path.dirname(__file__), *filter(None, sys.path)])
-        environment = {**os.environ, **settings, "PYTHONPATH": path}
-        found.append(subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True))
-    assert {one.returncode for one in found} == {0}, found
-    assert len({one.stdout for one in found}) == 1
-    assert len(found[0].stdout.splitlines()) == 3
 
 
 def test_the_state_of_a_search_by_the_library_is_refused():
