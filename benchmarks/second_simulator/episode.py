@@ -144,7 +144,7 @@ def _anywhere(
     raise InvalidArgument(f"start_region: expected room for a disc of {reach:g} m, got {list(region)}")
 
 
-# ---- noise -----------------------------------------------------------------------------------------------------------
+# ---- what robots observe ---------------------------------------------------------------------------------------------
 
 
 def observation_names(config: Config) -> list[str]:
