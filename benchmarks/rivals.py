@@ -5,7 +5,7 @@
 
 Seed by seed, each task is evolved by all optimisers, one trial each, and the fronts are tested again on fresh seeds: a
 sweep below ``--out``, which goes on after any end. What came out is kept in ``--kept``, a row a trial; seeds that
-are there are not evolved again, so the trials may come from several sittings.
+are there are not evolved again, so the trials may come from several sittings. ``--stored`` prints what is there.
 """
 
 from __future__ import annotations
@@ -179,8 +179,12 @@ def write(path: Path, trials: Sequence[Trial], budget: Budget) -> None:
 # ---- the page --------------------------------------------------------------------------------------------------------
 
 
-def page(task: Task, trials: Sequence[Trial]) -> Iterator[str]:
-    """Return what a task's trials say."""
+def page(task: Task, trials: Sequence[Trial], wanted: int) -> Iterator[str]:
+    """Return what a task's trials say, of which there are to be so many of each optimiser."""
+    yield f"\n## {task.config}: {task.meaning}\n\n"
+    if not trials:
+        yield "None yet.\n"
+        return
     volumes: dict[str, list[float]] = defaultdict(list)
     firsts: dict[str, list[float]] = defaultdict(list)
     for one in sorted(trials):
@@ -188,7 +192,6 @@ def page(task: Task, trials: Sequence[Trial]) -> Iterator[str]:
         firsts[one.optimiser].append(one.first)
     volume = comparison.measure("hypervolume", True, volumes)
     first = comparison.measure(task.fitness[0], True, firsts)
-    yield f"\n## {task.config}: {task.meaning}\n\n"
     yield table(
         [
             "optimiser",
@@ -212,6 +215,8 @@ def page(task: Task, trials: Sequence[Trial]) -> Iterator[str]:
             for name in sorted(volumes, key=lambda name: -median(volumes[name]))
         ],
     )
+    if (least := min(map(len, volumes.values()))) < wanted:
+        yield f"\n{least} of {wanted} seeds so far.\n"
     yield f"\n{verdict(volume)}\n"
 
 
@@ -290,6 +295,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=2)
     parser.add_argument("--tests", type=int, default=10)
     parser.add_argument("--tasks", nargs="+", choices=[task.config for task in TASKS], default=["paper"])
+    parser.add_argument("--stored", action="store_true", help="evolve nothing")
     options = parser.parse_args()
     budget = Budget(options.episodes, options.population, options.repeats, options.tests)
     chosen = [task for task in TASKS if task.config in options.tasks]
@@ -297,14 +303,15 @@ def main() -> None:
     trials = read(options.kept, budget)
     for task in chosen:
         there = {one.seed for one in trials if one.task == task.config}
-        for seed in (seed for seed in seeds if seed not in there):
+        for seed in (seed for seed in seeds if seed not in there and not options.stored):
             folder = options.out / task.config / f"seed-{seed}"
             folder.parent.mkdir(parents=True, exist_ok=True)
             trials += evolved(task, folder, seed, budget)
             write(options.kept, trials, budget)
     print(head(budget, options.seeds, chosen), end="")
     for task in chosen:
-        print("".join(page(task, [one for one in trials if one.task == task.config and one.seed in seeds])), end="")
+        found = [one for one in trials if one.task == task.config and one.seed in seeds]
+        print("".join(page(task, found, len(seeds))), end="")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ def test_the_page_says_who_is_surely_better_and_who_is_not() -> None:
         "random": [0.10, 0.12, 0.14, 0.16, 0.18, 0.20, 0.22, 0.24],
         "gde3": [0.51, 0.53, 0.55, 0.57, 0.59, 0.61, 0.63, 0.65],
     }
-    page = "".join(rivals.page(TASK, planted(values)))
+    page = "".join(rivals.page(TASK, planted(values), 8))
     assert page.endswith("By the hypervolume surely: cma better than PDE; random worse.\n")
     rows = [line.split(" | ") for line in page.splitlines() if line.startswith("| ")][2:]
     assert [row[0].strip("| ") for row in rows] == ["cma", "gde3", "pde", "random"]
@@ -40,7 +40,7 @@ def test_the_page_says_who_is_surely_better_and_who_is_not() -> None:
 
 def test_trials_of_several_sittings_make_the_same_page_whatever_their_order() -> None:
     trials = planted({"pde": [0.3, 0.5, 0.4, 0.35, 0.45], "cma": [0.6, 0.41, 0.43, 0.5, 0.38]})
-    assert list(rivals.page(TASK, trials)) == list(rivals.page(TASK, trials[::-1]))
+    assert list(rivals.page(TASK, trials, 5)) == list(rivals.page(TASK, trials[::-1], 5))
 
 
 def test_what_is_kept_reads_back_and_another_budget_is_refused(tmp_path: Path) -> None:
@@ -60,8 +60,9 @@ def test_only_seeds_that_are_not_kept_are_evolved(
     kept, out = tmp_path / "rivals.csv", tmp_path / "runs"
     options = ["--episodes", "24", "--population", "6", "--repeats", "1", "--tests", "2", "--tasks", "localisation"]
 
-    def call(seeds: str) -> str:
-        monkeypatch.setattr(sys, "argv", ["rivals", *options, "--seeds", seeds, "--out", str(out), "--kept", str(kept)])
+    def call(seeds: str, *more: str) -> str:
+        words = [*options, "--seeds", seeds, "--out", str(out), "--kept", str(kept), *more]
+        monkeypatch.setattr(sys, "argv", ["rivals", *words])
         rivals.main()
         return capsys.readouterr().out
 
@@ -76,3 +77,7 @@ def test_only_seeds_that_are_not_kept_are_evolved(
     assert set(rows.splitlines()) < set(kept.read_text().splitlines())
     assert [one.name for one in (out / "localisation").iterdir()] == ["seed-2"]
     assert call("1") == first
+    assert "so far" not in first
+    assert "\n2 of 4 seeds so far.\n" in call("1-4", "--stored")
+    assert [one.name for one in (out / "localisation").iterdir()] == ["seed-2"]
+    assert "None yet." in call("7", "--stored")
