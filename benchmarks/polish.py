@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import sqlite3
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +24,6 @@ from swarmevo import plugins
 from swarmevo.analysis import assessment
 from swarmevo.config import Config
 from swarmevo.config import load as load_config
-from swarmevo.evolution.state import decode_state
 from swarmevo.plugins.team import Team
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.store import Store
@@ -43,17 +41,15 @@ GENERATION: Final = 2**30
 def search_of(run: Path, trial: int) -> tuple[Config, Any]:
     """Return a run's configuration and the optimiser of a trial as it was at its end."""
     with Store.open(run) as store:
-        config = store.config
-    with sqlite3.connect(f"file:{run / 'run.sqlite'}?mode=ro", uri=True) as database:
-        found = database.execute("SELECT state FROM optimiser WHERE trial = ?", (trial,)).fetchone()
-    if found is None:
+        config, state = store.config, store.state(trial)
+    if state is None:
         sys.exit(f"{run}: expected trial {trial}, but nothing of it is stored")
     ((name, options),) = config.optimiser.items()
     team, rng = Team(config), np.random.Generator(np.random.PCG64(1))
     optimiser = plugins.create(
         "optimiser", name, options, team.space, config.evolution.population, len(team.objectives), rng
     )
-    optimiser.restore(decode_state(found[0]))
+    optimiser.restore(state)
     return config, optimiser
 
 
