@@ -64,8 +64,8 @@ def go_on(config: Config, optimiser: Any, generations: int, repeats: int, succes
     for generation in range(generations):
         genomes = optimiser.ask()
         total = np.zeros(len(genomes))
-        for world in worlds:
-            for repeat in range(repeats):
+        for number, world in enumerate(worlds):
+            for repeat in range(number * repeats, (number + 1) * repeats):  # the worlds of four robots draw their own
                 key = EpisodeKey(config.evolution.seed or 0, 0, GENERATION + generation, repeat)
                 done = world.simulate(genomes, [key] * len(genomes))
                 total += [float(world.judge(done, genomes, i)[0]) for i in range(len(genomes))]

@@ -157,7 +157,7 @@ def page(store: Store, repeats: int, robust_repeats: int, with_paper: bool) -> s
     hidden = hidden_neurons(store, found.controllers)
     cost = summary.cost
     volumes = ", ".join(f"{trial.history[-1].hypervolume:.4g}" for trial in summary.trials)
-    best = summary.front[0]
+    best = assessment.most_successful(store)
     parts = [
         f"# {NUMBERS.get(trials, trials)} trial{'s' * (trials != 1)} of {config}.yaml\n",
         "Made by these two commands:\n",
@@ -172,6 +172,7 @@ def page(store: Store, repeats: int, robust_repeats: int, with_paper: bool) -> s
         "## The best of each trial\n",
         "The first of its front, chosen by evolution.\n",
         best_of_trials(store, found, hidden),
+        f"The most successful, in the mean over the teams: individual {best.genome}.\n",
         f"Hypervolume at the end of each trial: {volumes}.\n",
         "## Episodes in which the box came to the wall, by generation\n",
         "Of all that were tried in these generations, in the worlds of the evolution.\n",
@@ -185,7 +186,7 @@ def page(store: Store, repeats: int, robust_repeats: int, with_paper: bool) -> s
     if robust_repeats:
         parts += [
             f"## Individual {best.genome} in other worlds\n",
-            f"The first of the front over all trials, {robust_repeats} tests with each team.\n",
+            f"The most successful one, {robust_repeats} tests with each team.\n",
             robust(store, best.genome, robust_repeats),
         ]
     return "\n".join(parts)
@@ -197,8 +198,12 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5, help="tests of each controller with each team")
     parser.add_argument("--robust", type=int, default=0, help="tests of the best one in each other world and team")
     parser.add_argument("--paper", action="store_true", help="hold a run of paper.yaml against the paper")
+    parser.add_argument("--genomes", type=Path, help="write the best of each trial here, as CSV")
     arguments = parser.parse_args()
     with Store.open(arguments.run) as store:
+        if arguments.genomes:
+            firsts = [store.genome(fronts.front(store, trial)[0].genome) for trial in store.trials()]
+            np.savetxt(arguments.genomes, firsts, delimiter=",", fmt="%.17g")
         print(page(store, arguments.repeats, arguments.robust, arguments.paper), end="")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from swarmevo.runs.store import Store
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[2]))
 
-from benchmarks import choices, deadlocks, hidden_neurons, made_by, results, results_paper
+from benchmarks import choices, deadlocks, hidden_neurons, made_by, results, results_paper, stages
 
 
 @pytest.mark.parametrize(
@@ -118,11 +119,12 @@ def test_of_each_number_of_hidden_neurons_who_pushed_most_in_evolution_is_tested
     assert len(row) == len(hidden_neurons.HEAD)
 
 
-def test_of_every_choice_of_trials_the_one_that_pushes_most_is_chosen() -> None:
-    rates = np.array([[0.9, 0.9, 0.9], [1.0, 1.0, 0.6], [0.8, 1.0, 1.0], [0.9, 0.9, 0.9]])
-    assert choices.chosen(rates, 1) == [0, 1, 2, 3]
-    assert choices.chosen(rates, 2) == [0, 2, 0, 2, 3, 2]
-    assert choices.chosen(rates, 4) == [2]
+@pytest.mark.parametrize("trials", [1, 2, 4, 7])
+def test_of_every_choice_of_trials_the_one_that_pushes_most_is_chosen(trials: int) -> None:
+    rates = np.random.default_rng(5).integers(8, 11, (7, 3)) / 10  # some are equal in the mean
+    every = list(combinations(range(7), trials))
+    chosen = [max(choice, key=lambda i: rates[i].mean()) for choice in every]
+    np.testing.assert_allclose(choices.chances(rates, trials), np.bincount(chosen, minlength=7) / len(every))
 
 
 def test_the_page_of_choices_judges_by_other_tests_than_it_chooses_by(
@@ -137,7 +139,44 @@ def test_the_page_of_choices_judges_by_other_tests_than_it_chooses_by(
     monkeypatch.setattr(choices, "push_rates", push_rates)
     said = choices.page([tmp_path / "two.csv"], trials=2, tests=7)
     assert "| two, 0 | 98.0 % | 98.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % | yes |" in said
-    assert "| 1 | 2 | 1 | 50.0 % |\n| 2 | 1 | 0 | 0.0 % |" in said  # the second was chosen, and falls short
+    assert "| 1 | 2 | 50.0 % |\n| 2 | 1 | 0.0 % |" in said  # the second was chosen, and falls short
+
+
+# ---- when a search decides -------------------------------------------------------------------------------------------
+
+
+def test_a_stage_is_the_mean_of_what_was_asked_for_before_it(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "LAST", 1)
+    with Store.open(run) as store:
+        found = stages.means(store, 1, [1, 2])
+        asked = [store.genome(id) for id in store.genome_ids(1, 1).tolist()]
+    assert found.shape == (2, len(asked[0]))
+    np.testing.assert_array_equal(found[1], np.mean(asked, axis=0))
+
+
+def test_the_page_of_stages_has_a_row_a_trial(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def push_rates(genomes: FloatArray, tests: int, seed: int) -> FloatArray:
+        return np.array([[0.5, 0.5, 0.2], [0.9, 0.9, 0.9], [0.8, 0.8, 0.8], [1.0, 1.0, 1.0]])
+
+    monkeypatch.setattr(stages, "LAST", 1)
+    monkeypatch.setattr(stages, "push_rates", push_rates)
+    said = stages.page([run], [1, 2], tests=7)
+    assert "| run, trial | 1 | 2 |" in said
+    assert "| small, 0 | 40.0 % | 90.0 % |\n| small, 1 | 80.0 % | 100.0 % |" in said
+    assert "with the last column: 1.00." in said
+    assert "--out runs/small\n" in said
+
+
+def test_a_page_writes_the_best_of_each_trial(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["results", str(run), "--repeats", "1", "--genomes", str(tmp_path / "best.csv")])
+    results.main()
+    with Store.open(run) as store:
+        firsts = [store.genome(fronts.front(store, trial)[0].genome) for trial in store.trials()]
+        chosen = results.assessment.most_successful(store).genome
+    np.testing.assert_array_equal(np.loadtxt(tmp_path / "best.csv", delimiter=","), firsts)
+    assert f"The most successful, in the mean over the teams: individual {chosen}." in capsys.readouterr().out
 
 
 # ---- why teams fail --------------------------------------------------------------------------------------------------
