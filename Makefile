@@ -2,7 +2,7 @@
 # Each target installs what it needs, then runs.
 #   make dev       install the checkout itself: Python changes act at once, C++ changes after the next make dev
 #   make install   what lint, test and docs need, at once
-#   make evolve    two minutes of evolution, to robots that push, and a report to see them in a browser
+#   make evolve    three minutes of evolution, to robots that push, and a report to see them in a browser
 #   make test      all tests, native ones included
 #   make test-lowest  some tests with the lower bounds of all that swarmevo needs
 #   make lint      formatting, types, the direction of imports, declared dependencies
@@ -57,8 +57,7 @@ dev: $(VENV)/installed-dev
 
 evolve: $(call needs,)
 	@run=runs/best-$$(date +%Y%m%d-%H%M%S); \
-	$(BIN)/swarmevo evolve best --trials 1 --set optimiser.cma.starts=5 optimiser.cma.start_generations=25 \
-	    evolution.generations=170 evolution.refine=0.1 --out $$run; \
+	$(BIN)/swarmevo evolve best --trials 1 --out $$run; \
 	$(BIN)/swarmevo report $$run
 
 test: test-native test-python

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How good the best of several trials is, as a page of docs/results.
 
-    python -m benchmarks.choices docs/results/best.csv [--trials 12] [--tests 1000] > docs/results/choices.md
+    python -m benchmarks.choices docs/results/best-1.csv ... [--trials 12] [--tests 1000] > docs/results/choices.md
 
 A file has a row for each trial: the genome that it ended with. All are tested with one seed, as ``swarmevo test RUN``
 does, and of every choice of so many trials the most successful in these tests is tested once more, with another seed:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Why teams of best.yaml fail, as a page of docs/results.
 
-    python -m benchmarks.deadlocks docs/results/four-13.csv ... [--tests 300] > docs/results/deadlocks.md
+    python -m benchmarks.deadlocks docs/results/best-1.csv ... [--tests 300] > docs/results/deadlocks.md
 
 A file has a row for each trial: the genome that it ended with. How many teams are still at it after some times tells
 whether they are slow or stuck; where robots are in the end tells what they are stuck in.
@@ -118,9 +118,7 @@ def page(files: Sequence[Path], tests: int) -> str:
             table(["robots", *(f"{1000 * gap:.0f} mm" for gap in GAPS)], narrow),
             "Two robots do not move the box, and a robot does not see how many press. Where two begin at the south "
             "face and two at the one east or west of it, that many teams push the box within 90 s: most get out of one "
-            "of the two, and not out of its mirror image (teams began so in the "
-            "evolution of three trials: [19](pairs-19.md), [21](pairs-21.md), [22](pairs-22.md)). "
-            f"{few} tests of each:\n",
+            f"of the two, and not out of its mirror image. {few} tests of each:\n",
             table(
                 ["file, row", *(f"south and {side}" for side in PAIRS)],
                 [

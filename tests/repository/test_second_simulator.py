@@ -98,7 +98,7 @@ def test_readings_commands_and_successes_are_the_librarys_along_its_own_episode(
     team = Team(config)
     plain = [vars(one) for one in export.networks(team, genes)]
     (network,) = episode.networks_of({"networks": plain})
-    done = simulate(team, genes, [shipped.key()], threads=1)
+    done = simulate(team, genes, [shipped.key(repeat=1)], threads=1)  # the team pushes in that one
     telemetry = done.telemetry
 
     homing_times, push_time = np.full(config.team.robots, np.nan), np.nan
