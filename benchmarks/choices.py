@@ -11,6 +11,7 @@ who was chosen by tests is a little worse than they say.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from math import comb
 from pathlib import Path
@@ -60,6 +61,8 @@ def chances(choosing: FloatArray, trials: int) -> FloatArray:
 
 def page(files: Sequence[Path], trials: int, tests: int) -> str:
     names, genomes = read(files)
+    if trials > len(genomes):
+        sys.exit(f"--trials {trials}: expected at most as many as the files have rows, {len(genomes)}")
     choosing, judging = (push_rates(genomes, tests, seed) for seed in (CHOOSING, JUDGING))
     reach = judging.min(axis=1) >= GOAL
     rows = [

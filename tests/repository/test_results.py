@@ -140,6 +140,8 @@ def test_the_page_of_choices_judges_by_other_tests_than_it_chooses_by(
     said = choices.page([tmp_path / "two.csv"], trials=2, tests=7)
     assert "| two, 0 | 98.0 % | 98.0 % | 100.0 % | 100.0 % | 100.0 % | 100.0 % | yes |" in said
     assert "| 1 | 2 | 50.0 % |\n| 2 | 1 | 0.0 % |" in said  # the second was chosen, and falls short
+    with pytest.raises(SystemExit, match="--trials 3: expected at most as many as the files have rows, 2"):
+        choices.page([tmp_path / "two.csv"], trials=3, tests=7)
 
 
 # ---- when a search decides -------------------------------------------------------------------------------------------
