@@ -124,6 +124,9 @@ def test_space_plays_what_is_seen_and_else_scrolls(page: Page) -> None:
     page.keyboard.press(" ")
     assert not page.evaluate(playing)
     page.evaluate("scrollTo(0, scrollY + document.querySelector('.columns').getBoundingClientRect().bottom + 10)")
+    page.evaluate(
+        "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    )  # it is drawn there
     before = page.evaluate("scrollY")
     page.keyboard.press(" ")
     page.wait_for_function(f"scrollY > {before}")
