@@ -30,7 +30,7 @@ from swarmevo.evolution.results import COLUMNS, Place, Results, joined
 from swarmevo.plugins.checked import check_together, widest
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import CHANNELS, Descriptor, FloatArray, Objective
-from swarmevo.simulation import EpisodeKey
+from swarmevo.simulation import EpisodeKey, parse_types
 
 MOST_TEAMS: Final = 256
 """Kept by a thread, each in the world of an episode."""
@@ -115,6 +115,7 @@ def _run_supervised(config_json: str, setup: Setup, job: Job, cancelled: Callabl
 
 
 def _warm_up(config_json: str) -> Identity:
+    parse_types()
     return _setup(config_json).identity
 
 

@@ -2,6 +2,7 @@
 """Scenes and episodes in the native library. NumPy in, NumPy out."""
 
 from swarmevo.errors import InvalidArgument, SimulatorError
+from swarmevo.simulation._ffi import parse_types
 from swarmevo.simulation.episodes import EpisodeKey, Episodes, simulate
 from swarmevo.simulation.library import library_info, selftest
 from swarmevo.simulation.lockstep import Lockstep, State, simulate_lockstep
@@ -18,6 +19,7 @@ __all__ = [
     "State",
     "check_policies",
     "library_info",
+    "parse_types",
     "scene_errors",
     "selftest",
     "simulate",

@@ -17,7 +17,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from importlib.resources import files
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cffi import FFI
 
@@ -144,6 +144,19 @@ def _unloadable(error: str, path: Path) -> str:
     return f"{reason}; {install}, or a wheel of swarmevo that has it inside (make wheel)"
 
 
+_EPISODE_TYPES: Final = (
+    *("char *", "char[]", "double[]", "uint8_t[]", "uint32_t[]"),
+    *("swe_batch **", "swe_channel[]", "swe_episode[]", "swe_outcome", "swe_outcome[]", "swe_policy[]"),
+    *(
+        "swe_policy_function",
+        "swe_networks **",
+        "swe_network_config *",
+        "swe_linear_config *",
+        "swe_recurrent_config *",
+    ),
+)
+
+
 @cache
 def _load() -> tuple[FFI, Any]:
     ffi = FFI()
@@ -156,6 +169,13 @@ def _load() -> tuple[FFI, Any]:
     _check_abi(ffi, lib, path)
     _check_channels(ffi, lib, path)
     return ffi, lib
+
+
+def parse_types() -> None:
+    """Have cffi parse an episode's types: milliseconds each, the first time, that are not the episode's."""
+    ffi, _ = load()
+    for name in _EPISODE_TYPES:
+        ffi.typeof(name)
 
 
 def check(status: int) -> None:

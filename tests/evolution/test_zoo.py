@@ -361,7 +361,7 @@ def test_what_hangs_or_ends_its_process_under_a_time_limit_is_named(
     tmp_path: Path, sound: dict[str, list[Any]], monkeypatch: pytest.MonkeyPatch, plugin: str
 ) -> None:
     """Case 6: the processes for episodes are told in their environment what to do."""
-    begin(tmp_path / "run", plugin, "none", lambda sound: sound, episode_timeout=1.0)
+    begin(tmp_path / "run", plugin, "none", lambda sound: sound, episode_timeout=0.5)
     for method, deeds in DEEDS[plugin].items():
         for deed in deeds:
             monkeypatch.setenv(zoo_plugins.DEED, f"{plugin}.{method}={deed}")
