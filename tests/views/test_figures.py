@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.patches import FancyArrowPatch
 
 import small_runs
@@ -87,6 +88,34 @@ def test_hypervolume_says_its_unit_and_its_reference(run: Path) -> None:
     (axes,) = figures.hypervolume(run).axes
     assert axes.get_ylabel() == "hypervolume\n(box pushing \N{MULTIPLICATION SIGN} hidden neurons)"
     assert axes.get_title(loc="left") == "reference point: box pushing 0, hidden neurons 15"
+
+
+def test_one_generation_is_a_point_at_whole_numbers(tmp_path: Path) -> None:
+    run = small_runs.make(tmp_path / "run", "evolution.generations=1")
+    (alone,), (overlaid,) = figures.hypervolume(run).axes, figures.hypervolume_of_runs({"run": run}).axes
+    for axes, curves in ((alone, alone.lines[:2]), (overlaid, overlaid.lines[-1:])):
+        assert [len(curve.get_ydata()) for curve in curves] == [1] * len(curves)
+        assert {curve.get_marker() for curve in curves} == {"o"}
+        assert shown_ticks(axes.xaxis) == [0]
+    _, bar = figures.evolution(run, flat=True).axes
+    assert shown_ticks(bar.yaxis) == [0]
+    (space,) = figures.evolution(run).axes
+    assert shown_ticks(space.xaxis) == [0]
+
+
+def test_who_all_have_one_hidden_neuron_have_one_tick() -> None:
+    objectives = [Objective("score", "maximise", (0, 1)), Objective("neurons", "minimise", (0, 15))]
+    with style.picture() as picture:
+        axes = picture.add_subplot()
+        objective_figures._plane_axes(axes, objectives, np.array([[1.0, 0.3], [1.0, 0.4]]))
+    assert shown_ticks(axes.xaxis) == [1]
+    assert len(shown_ticks(axes.yaxis)) > 2
+
+
+def shown_ticks(axis: Axis) -> list[float]:
+    """Return where an axis has ticks that are seen."""
+    low, high = sorted(axis.get_view_interval())
+    return [float(tick) for tick in axis.get_majorticklocs() if low <= tick <= high]
 
 
 @pytest.mark.parametrize("width", [figures.COLUMN, figures.PAGE])

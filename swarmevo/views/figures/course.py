@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Final
 import matplotlib
 import moocore
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from swarmevo.analysis import fronts as pareto
 from swarmevo.errors import StoreError
@@ -42,7 +41,8 @@ def hypervolume(run: Run, width: float = style.COLUMN) -> Picture:
         curves = [[step.hypervolume for step in pareto.history(store, trial)] for trial in store.trials()]
         for trial, curve in zip(store.trials(), curves, strict=True):
             line = style.STYLES[trial // len(style.CYCLE) % len(style.STYLES)]
-            axes.plot(curve, color=style.colour(trial), linestyle=line, linewidth=1.3, label=f"trial {trial}")
+            look: dict[str, Any] = {"color": style.colour(trial), "linestyle": line, "label": f"trial {trial}"}
+            axes.plot(curve, **look, **_alone(curve), linewidth=1.3)
         common = min(map(len, curves), default=0)
         if len(curves) > 1 and common > 1:
             median = np.median([curve[:common] for curve in curves], axis=0)
@@ -70,10 +70,16 @@ def hypervolume_of_runs(runs: Mapping[str, Run], width: float = style.PAGE) -> P
             for curve in curves if len(curves) > 1 else []:
                 axes.plot(curve, **look, linewidth=0.7, alpha=0.45)
             common = min(map(len, curves))
-            axes.plot(np.median([curve[:common] for curve in curves], axis=0), **look, linewidth=1.8, label=name)
+            median = np.median([curve[:common] for curve in curves], axis=0)
+            axes.plot(median, **look, **_alone(median), linewidth=1.8, label=name)
         _hypervolume_axes(axes, objectives, width)
         style.legend(axes, len(runs), width)
         return picture
+
+
+def _alone(curve: Sequence[float] | FloatArray) -> dict[str, Any]:
+    """Return what shows a curve that is one generation long, for a line of one point is not seen."""
+    return {"marker": "o", "markersize": 4} if len(curve) == 1 else {}
 
 
 def _hypervolume_axes(axes: Axes, objectives: Sequence[Objective], width: float) -> None:
@@ -84,7 +90,7 @@ def _hypervolume_axes(axes: Axes, objectives: Sequence[Objective], width: float)
     axes.set_ylabel(f"hypervolume\n({textwrap.fill(unit, int(0.5 * _LETTERS * width))})")
     style.note(axes, textwrap.fill(f"reference point: {reference}", int(_LETTERS * width)))
     axes.set_ylim(bottom=0)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.xaxis.set_major_locator(style.ticks(is_whole=True))
 
 
 def evolution(run: Run, trial: int | None = None, flat: bool = False, width: float = style.COLUMN) -> Picture:
@@ -115,16 +121,16 @@ def evolution(run: Run, trial: int | None = None, flat: bool = False, width: flo
 def draw_evolution(axes: Axes, store: Store, trial: int) -> None:
     """Draw a trial's individuals in the plane of the first two objectives, their generations as colours."""
     generations, points, best = _individuals(store, trial)
-    look: dict[str, Any] = {"cmap": "viridis", "vmin": 0, "vmax": max(1, int(generations.max()))}
+    look: dict[str, Any] = {"cmap": "viridis", "vmin": 0, "vmax": max(0.5, int(generations.max()))}
     (across, up), (front_across, front_up) = points[~best].T, points[best].T
     axes.scatter(across, up, c=generations[~best], s=6, alpha=0.55, linewidths=0, **look)
     outlined: dict[str, Any] = {"s": 16, "edgecolors": style.INK, "linewidths": 0.4, "zorder": 3, **look}
     shown = axes.scatter(front_across, front_up, c=generations[best], **outlined)
     first, second = store.objectives[:2]
     axes.set(xlabel=text.label(second), ylabel=text.label(first))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=are_whole(points[:, 0]), nbins=6))
+    axes.xaxis.set_major_locator(style.ticks(are_whole(points[:, 0]), 6))
     bar = axes.figure.colorbar(shown, ax=axes, label="generation", shrink=0.9)
-    bar.locator = MaxNLocator(integer=True, nbins=6)
+    bar.locator = style.ticks(is_whole=True, most=6)
     bar.outline.set_visible(False)
     style.note(axes, f"trial {trial}; outlined: not dominated\nin their generation")
 
@@ -138,8 +144,8 @@ def _draw_in_space(axes: Any, store: Store, trial: int) -> None:
     )  # fmt: skip
     first, second = store.objectives[:2]
     axes.set(xlabel="generation", ylabel=text.words(second.name), zlabel=text.words(first.name))
-    axes.yaxis.set_major_locator(MaxNLocator(integer=are_whole(points[:, 0]), nbins=6))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
+    axes.yaxis.set_major_locator(style.ticks(are_whole(points[:, 0]), 6))
+    axes.xaxis.set_major_locator(style.ticks(is_whole=True, most=6))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((0.5, 0.5, 0.5, 0.06))
     axes.view_init(elev=22, azim=-58)

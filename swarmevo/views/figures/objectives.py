@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import moocore
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from swarmevo.analysis import fronts as pareto
 from swarmevo.protocols import FloatArray, Objective
@@ -155,7 +154,7 @@ def _plane_axes(axes: Axes, objectives: Sequence[Objective], points: FloatArray)
     """Name the axes and fix their limits; where the points' places across are whole numbers, so are the ticks."""
     axes.set_ylabel(text.label(objectives[0]))
     axes.set_xlabel(text.label(objectives[1]) if len(objectives) > 1 else "trial")
-    axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole(points[:, 0])))
+    axes.xaxis.set_major_locator(style.ticks(are_whole(points[:, 0]), 8))
     low, high = points.min(axis=0), points.max(axis=0)
     room = _ROOM * np.where(high > low, high - low, 1.0)
     axes.set(xlim=(low[0] - room[0], high[0] + room[0]), ylim=(low[1] - room[1], high[1] + room[1]))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 
 if TYPE_CHECKING:
@@ -109,6 +110,11 @@ def legend(axes: Axes, entries: int, width: float = SCREEN, below: bool = False,
     look = {"ncols": _columns(width), **look, **more}
     place = axes.transAxes + ScaledTranslation(0, -_BELOW, axes.figure.dpi_scale_trans)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=place, **look)
+
+
+def ticks(is_whole: bool, most: int = 9) -> MaxNLocator:
+    """Return what puts so many ticks to an axis at most; at whole numbers alone, if that is wanted, be it only one."""
+    return MaxNLocator(nbins=most, integer=is_whole, min_n_ticks=1 if is_whole else 2)
 
 
 def note(axes: Axes, said: str) -> None:
