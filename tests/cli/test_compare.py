@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 import small_runs
 from cli.conftest import Swarmevo
@@ -17,7 +18,8 @@ from swarmevo.analysis.comparison import Comparison, Group, Trial
 from swarmevo.api.runs import Run
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import Store
-from swarmevo.views.compare import page
+from swarmevo.views.compare import drawings, page
+from swarmevo.views.figures import style
 
 F1 = Objective("gain", "maximise", (0.0, 10.0))
 SIZE = Objective("size", "minimise", (0.0, 4.0))
@@ -85,7 +87,7 @@ def test_the_console_and_the_page(runs: list[Path], swarmevo_: Swarmevo, tmp_pat
     text = (tmp_path / "out" / "page.html").read_text()
     assert "<script" not in text
     assert text.count("<svg") == 7
-    assert "Where more trials of one group attained" in text
+    assert "Where a larger share of one group" in text
 
 
 def trial(number: int, tested: float) -> Trial:
@@ -120,6 +122,25 @@ def test_of_three_groups_the_one_that_differs_is_found() -> None:
     assert volume.p < 0.001
     assert [pair.p < 0.05 for pair in volume.pairs] == [False, True, True]
     assert page.render(planted(0.0, 0.0, 0.2)).count("<svg") == 5  # no difference of three attainment functions
+
+
+def test_where_few_trials_meet_many_the_share_that_attained_more_has_its_colour() -> None:
+    """Three of eight trials attain what neither of two does."""
+    poor, good = ([[2.0, 3.0]], [[8.0, 1.0]])
+    fronts = {"x": [poor] * 2, "y": [good] * 3 + [poor] * 5}
+    groups = [
+        Group(
+            name,
+            ["run"],
+            ["pde"],
+            [Trial("run", k, 100, 0.1, 0.1, 2.0, None, [(100, 0.1)], p) for k, p in enumerate(of)],
+        )
+        for name, of in fronts.items()
+    ]
+    (axes,) = drawings.attainment_differences(Comparison(1, 10, [F1, SIZE], groups, [], [])).axes
+    parts = [part for part in axes.collections if part.get_paths()]
+    assert [to_hex(part.get_facecolor()[0]).upper() for part in parts] == [style.colour(1)] * 2
+    assert [part.get_alpha() for part in parts] == [0.375, 0.375]
 
 
 def test_a_course_is_known_from_the_first_generation_to_the_last() -> None:

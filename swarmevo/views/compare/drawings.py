@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import moocore
 import numpy as np
 
-from swarmevo.analysis.comparison import Comparison, Group, Measure, hypervolume_at
+from swarmevo.analysis import attainment
+from swarmevo.analysis.comparison import Comparison, Group, Measure, Trial, hypervolume_at
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.views import text
 from swarmevo.views.figures import style
@@ -90,7 +91,7 @@ def profiles(found: Comparison) -> Picture:
         return picture
 
 
-def attainment(found: Comparison) -> Picture:
+def attained(found: Comparison) -> Picture:
     """Return which trade-offs half of each group's trials attained on fresh seeds; of two objectives."""
     with style.picture(_WIDTH, 4.2) as picture:
         axes = picture.add_subplot()
@@ -107,7 +108,7 @@ def attainment(found: Comparison) -> Picture:
 
 
 def attainment_differences(found: Comparison) -> Picture:
-    """Return where two groups' trials attained more; of two objectives.
+    """Return where a larger share of one of two groups' trials attained a trade-off; of two objectives.
 
     Raises:
         ValueError: There are not two groups.
@@ -116,20 +117,15 @@ def attainment_differences(found: Comparison) -> Picture:
         raise ValueError(f"attainment_differences: expected two groups, got {len(found.groups)}")
     with style.picture(_WIDTH, 4.2) as picture:
         axes = picture.add_subplot()
-        signs, sets = _signs(found.objectives), [_sets(group) for group in found.groups]
-        a, b = (np.column_stack([points * signs, numbers + 1]) for points, numbers in sets)
-        every = np.concatenate([points for points, _ in sets])
-        low, high = _around(axes, every)
-        most = max(len(group.trials) for group in found.groups)
-        for left, lower, right, upper, difference in moocore.eafdiff(a, b, rectangles=True):
-            corners = np.array([[left, lower], [right, upper]]) * signs
-            (x_0, y_0), (x_1, y_1) = np.clip(corners, low, high)
-            colour = style.colour(0 if difference > 0 else 1)
-            axes.fill_between(
-                sorted([x_0, x_1]), y_0, y_1, color=colour, alpha=min(1.0, abs(difference) / most), linewidth=0
-            )
+        signs = _signs(found.objectives)
+        low, high = _around(axes, np.concatenate([_sets(group)[0] for group in found.groups]))
+        a, b = ([_plane(trial) * signs for trial in group.trials] for group in found.groups)
+        for part in attainment.differences(a, b):
+            (x_0, y_0), (x_1, y_1) = np.clip(np.array([part.low, part.high]) * signs, low, high)
+            colour = style.colour(0 if part.difference > 0 else 1)
+            axes.fill_between(sorted([x_0, x_1]), y_0, y_1, color=colour, alpha=abs(part.difference), linewidth=0)
         for number, group in enumerate(found.groups):
-            axes.plot([], [], "s", color=style.colour(number), label=f"more trials of {group.name}")
+            axes.plot([], [], "s", color=style.colour(number), label=f"a larger share of {group.name}")
         _name_plane(axes, found.objectives)
         style.legend(axes, 2, _WIDTH)
         return picture
@@ -163,10 +159,14 @@ def _name_plane(axes: Axes, objectives: Sequence[Objective]) -> None:
 
 
 def _sets(group: Group) -> tuple[FloatArray, FloatArray]:
-    """Return the points of all trials in the plane, the second objective across; and each point's trial, from 0."""
+    """Return the points of all trials in the plane, and each point's trial, from 0."""
     numbers = [[number] * len(trial.points) for number, trial in enumerate(group.trials)]
-    points = np.array([point for trial in group.trials for point in trial.points])
-    return points[:, 1::-1], np.array(list(itertools.chain(*numbers)))
+    return np.concatenate([_plane(trial) for trial in group.trials]), np.array(list(itertools.chain(*numbers)))
+
+
+def _plane(trial: Trial) -> FloatArray:
+    """Return the points ``(n, 2)`` of a trial in the plane, the second objective across."""
+    return np.array(trial.points)[:, 1::-1]
 
 
 def _signs(objectives: Sequence[Objective]) -> FloatArray:

@@ -129,9 +129,10 @@ def _gallery(found: Comparison) -> Iterator[Figure]:
             drawings.values(found, measure), f"{text.words(measure.name)} of each trial's best, with the medians."
         )
     if len(found.objectives) == 2:
-        yield figure(drawings.attainment(found), "Trade-offs that half of each group's trials attained on fresh seeds.")
+        yield figure(drawings.attained(found), "Trade-offs that half of each group's trials attained on fresh seeds.")
         if len(found.groups) == 2:
             yield figure(
                 drawings.attainment_differences(found),
-                "Where more trials of one group attained a trade-off on fresh seeds; the fuller the colour, the more.",
+                "Where a larger share of one group's trials attained a trade-off on fresh seeds; where the colour is "
+                "full, all of one and none of the other.",
             )
