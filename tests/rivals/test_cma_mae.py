@@ -103,6 +103,30 @@ def test_a_search_goes_on_to_the_same_bits() -> None:
             optimiser.tell(genomes, *behave(genomes))
 
 
+def test_a_search_that_nobody_helps_goes_on_past_restarts_to_the_same_bits() -> None:
+    """Costs at the worst end put nobody on the map, and tell nothing apart, so that all emitters restart."""
+
+    def tell(optimiser, worst: bool) -> np.ndarray:
+        genomes = optimiser.ask()
+        costs, descriptors = behave(genomes)
+        optimiser.tell(genomes, np.full_like(costs, 40.0) if worst else costs, descriptors)
+        return genomes
+
+    whole, cut = make(), make()
+    asked = [tell(whole, worst=True) for _ in range(3)]
+    assert whole._made.archive.empty
+    assert [emitter.restarts for emitter in whole._made.emitters] == [3, 3]
+    assert abs(asked[2]).max() < 10  # about where it began
+    assert not np.array_equal(asked[1], asked[2])
+    for generation in range(6):
+        fresh = make(seed=99)
+        fresh.restore(decode_state(encode_state(cut.state())))
+        cut = fresh
+        genomes = tell(cut, worst=generation < 3)
+        assert np.array_equal(genomes, asked[generation] if generation < 3 else tell(whole, worst=False))
+    assert not whole._made.archive.empty
+
+
 def test_it_begins_about_the_mean_of_given_genomes() -> None:
     optimiser = make(sigma=0.001)
     optimiser.start_from(np.stack([np.full(12, 0.2), np.full(12, 0.4)]))

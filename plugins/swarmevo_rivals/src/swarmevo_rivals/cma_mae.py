@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+import warnings
+from typing import Any, Final
 
 import numpy as np
 
@@ -107,7 +108,17 @@ class CMAMAE(Replayed):
         except ImportError as error:
             raise ImportError(f"cma_mae needs pyribs: pip install 'swarmevo-rivals[ribs]' ({error})") from error
 
-        archive = GridArchive(
+        start = self._frame.points(self._first[0])
+
+        class Map(GridArchive):  # type: ignore[misc, unused-ignore]  # without pyribs it has no type
+            """Emitters that restart while nobody is on it begin where they began; the library's refuses them."""
+
+            def sample_elites(self, n: Any, replace: bool = True) -> Any:
+                if self.empty:
+                    return {"solution": np.tile(start, (n, 1))}
+                return super().sample_elites(n, replace)
+
+        archive = Map(
             solution_dim=self._space.size,
             dims=[self._cells] * len(self._ranges),
             ranges=self._ranges,
@@ -119,7 +130,7 @@ class CMAMAE(Replayed):
         emitters = [
             EvolutionStrategyEmitter(
                 archive,
-                x0=self._frame.points(self._first[0]),
+                x0=start,
                 sigma0=self._sigma,
                 ranker="imp",
                 selection_rule="mu",
@@ -132,5 +143,6 @@ class CMAMAE(Replayed):
         self._made = Scheduler(archive, emitters)
 
     def _learn(self, told: FloatArray) -> None:
-        with self._one_thread():
+        with self._one_thread(), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "`archive` was empty before adding solutions")  # as often is at first
             self._made.tell(told[:, 0], told[:, 1:])
