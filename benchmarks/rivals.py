@@ -103,7 +103,7 @@ class Trial:
     hypervolume: float
     """Of its front on fresh seeds, as a share of what there could be."""
     first: float
-    """Best mean of the first objective on its front, on fresh seeds."""
+    """Mean of the first objective of the best of its front, on fresh seeds by which it was not chosen."""
 
 
 def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> list[Trial]:
@@ -279,8 +279,9 @@ Each optimiser had {budget.episodes} episodes a trial, the same seeds, a populat
 {budget.repeats} repeats, and otherwise its defaults. `pde` has the rates of the task's configuration; *own rates* is
 the self-adaptive one. `cma` and the map searches make the first objective better alone; their fronts are what came by
 the way. All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are
-shares of what there could be; medians, least and largest over the trials. *Better than PDE's* is how often a trial is
-better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted
+shares of what there could be; medians, least and largest over the trials. Who is the best of a front by the
+first objective one half of the tests says, and the other half how good it is. *Better than PDE's* is how often a trial
+is better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted
 by Holm for all pairs ([Comparing runs](../comparing.md)).
 """
 

@@ -159,10 +159,10 @@ class Retested:
     """Its id in the store."""
     evolved: dict[str, float]
     """Its objectives in the run."""
-    tested: dict[str, float]
-    """The same in the tests."""
-    success: float
-    """Rate of success; 0, if none was asked for."""
+    tested: FloatArray
+    """The same in the tests: ``(repeats, objectives)``."""
+    success: FloatArray
+    """How far each of them was a success, ``(repeats,)``; 0, if no rate was asked for."""
 
 
 def retest(
@@ -198,8 +198,8 @@ def retest(
             trial=one.trial,
             genome=one.genome,
             evolved=dict(one.evolved),
-            tested=_means(store.objectives, tests),
-            success=float(successes(rate, tests, store.objectives).mean()) if rate else 0.0,
+            tested=tests["objective"],
+            success=successes(rate, tests, store.objectives) if rate else np.zeros(len(tests)),
         )
         for one, tests in counted
     ]

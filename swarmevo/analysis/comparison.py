@@ -55,9 +55,9 @@ class Trial:
     tested: float
     """The same of the same controllers, on fresh seeds."""
     first: float
-    """Best mean of the first objective among them, on fresh seeds."""
+    """Mean of the first objective of the best among them, on fresh seeds by which it was not chosen."""
     success: float | None
-    """Best rate of success among them, on fresh seeds; None: the task has none."""
+    """Rate of success of who succeeds most often, likewise; None: the task has none."""
     course: list[tuple[int, float]]
     """Episodes spent after each generation, and the stored hypervolume then, likewise a share."""
     points: list[list[float]]
@@ -167,7 +167,7 @@ def compare(
         objectives=objectives,
         groups=found,
         measures=list(_measures(found, objectives)),
-        notes=list(_notes(stores, found)),
+        notes=list(_notes(stores, found, repeats)),
     )
 
 
@@ -214,21 +214,46 @@ def _trials(
     tested = assessment.retest(store, repeats, workers, stop=stop, rate=rates[0] if rates else None)
     for trial in store.trials():
         members = [one for one in tested if one.trial == trial]
-        values = np.array([[one.tested[objective.name] for objective in objectives] for one in members])
+        tests = np.array([one.tested for one in members])
+        values = tests.mean(axis=1)
         stored = np.array([[one.evolved[objective.name] for objective in objectives] for one in members])
         history = fronts.history(store, trial)
-        first = values[:, 0]
+        sign = 1 if objectives[0].is_maximised else -1
+        first, success = of_the_best(
+            sign * stored[:, 0], sign * tests[:, :, 0], np.array([one.success for one in members])
+        )
         yield Trial(
             run=str(store.folder),
             trial=trial,
             episodes=history[-1].episodes,
             stored=_share(objectives, stored),
             tested=_share(objectives, values),
-            first=float(first.max() if objectives[0].is_maximised else first.min()),
-            success=max(one.success for one in members) if rates else None,
+            first=sign * first,
+            success=success if rates else None,
             course=[(step.episodes, step.hypervolume / fronts.volume(objectives)) for step in history],
             points=fronts.non_dominated(objectives, values).tolist(),
         )
+
+
+def of_the_best(evolved: FloatArray, first: FloatArray, success: FloatArray) -> tuple[float, float]:
+    """Return the first objective of who is the best in it, and the rate of success of who succeeds most often.
+
+    Who that is the first half of the tests says, and how good it is the other half: the best by the same tests looks
+    the better the more there are to choose from. A single test says only how good who was the best in evolution is.
+
+    Args:
+        evolved: The first objective in evolution, of each controller ``(n,)``; more is better.
+        first: The same in the tests ``(n, repeats)``.
+        success: How far each test was a success ``(n, repeats)``.
+    """
+    half = first.shape[1] // 2
+    if half == 0:
+        best = most_successful = int(evolved.argmax())
+    else:
+        known = first[:, :half].mean(axis=1)
+        best = int(known.argmax())
+        most_successful = int(np.lexsort([known, success[:, :half].mean(axis=1)])[-1])
+    return float(first[best, half:].mean()), float(success[most_successful, half:].mean())
 
 
 def _share(objectives: Sequence[Objective], points: FloatArray) -> float:
@@ -288,7 +313,12 @@ def measure(name: str, more_is_better: bool, values: dict[str, list[float]]) -> 
     )
 
 
-def _notes(stores: Sequence[Store], groups: Sequence[Group]) -> Iterator[str]:
+def _notes(stores: Sequence[Store], groups: Sequence[Group], repeats: int) -> Iterator[str]:
+    if repeats == 1:
+        yield (
+            "One test of each controller: the best of a front is the one that was in evolution. With two or more tests "
+            "one half chooses it and the other half says how good it is."
+        )
     if few := [f"{group.name} {len(group.trials)}" for group in groups if len(group.trials) < LEAST_TRIALS]:
         yield f"Few trials ({', '.join(few)}): hardly any difference can be significant; evolve at least ten."
     budgets = {group.name: max(one.episodes for one in group.trials) for group in groups}

@@ -15,6 +15,7 @@ import small_runs
 from cli.conftest import Swarmevo
 from swarmevo.analysis import comparison
 from swarmevo.analysis.comparison import Comparison, Group, Trial
+from swarmevo.analysis.significance import mann_whitney
 from swarmevo.api.runs import Run
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import Store
@@ -53,7 +54,8 @@ def test_trials_are_judged_by_fresh_tests_of_their_fronts(runs: list[Path]) -> N
         found = comparison.compare({"a": [one], "b": [other]}, repeats=3)
     for trial in found.groups[0].trials:
         members = list(Run(runs[0]).front(trial.trial))
-        tested = np.array([member.simulate(3).values.mean(axis=0) for member in members])
+        tests = np.array([member.simulate(3).values for member in members])
+        tested = tests.mean(axis=1)
         first, second = found.objectives
         corner, volume = second.range[1], math.prod(o.range[1] - o.range[0] for o in found.objectives)
         area, best = 0.0, first.range[0]
@@ -62,8 +64,42 @@ def test_trials_are_judged_by_fresh_tests_of_their_fronts(runs: list[Path]) -> N
                 area += (gain - best) * (corner - size)
                 best = gain
         assert trial.tested == pytest.approx(area / volume)
-        assert trial.first == pytest.approx(tested[:, 0].max())
+        assert trial.first == pytest.approx(tests[tests[:, 0, 0].argmax(), 1:, 0].mean())
         assert trial.episodes == trial.course[-1][0]
+
+
+def test_who_is_the_best_half_of_the_tests_say_and_how_good_the_others() -> None:
+    first = np.array([[5.0, 5.0, 1.0, 2.0], [4.0, 4.0, 9.0, 9.0], [0.0, 0.0, 7.0, 8.0]])
+    success = np.array([[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.5, 1.0], [1.0, 1.0, 1.0, 0.0]])
+    evolved = np.array([1.0, 2.0, 3.0])
+    assert comparison.of_the_best(evolved, first, success) == (1.5, 0.5)
+    assert comparison.of_the_best(evolved, first[:2], success[:2]) == (1.5, 0.0)  # of the same rate, the better one
+    assert comparison.of_the_best(evolved, first[:, :1], success[:, :1]) == (0.0, 1.0)  # one test: as in evolution
+
+
+def test_where_all_are_alike_fronts_of_two_and_of_fifteen_differ_in_one_of_twenty_at_most() -> None:
+    """400 times twenty trials each, ten tests of a controller: 5 % are 20, 34 come in one of 500 tries."""
+    rng = np.random.default_rng(8)
+
+    def trials(controllers: int) -> list[tuple[float, float]]:
+        size = (20, controllers, 10)
+        first, success = rng.normal(size=size), rng.binomial(1, 0.5, size=size).astype(float)
+        return [comparison.of_the_best(one.mean(axis=1), one, two) for one, two in zip(first, success, strict=True)]
+
+    found = np.zeros(2)
+    for _ in range(400):
+        small, large = zip(*trials(2), strict=True), zip(*trials(15), strict=True)
+        found += [mann_whitney(a, b) < 0.05 for a, b in zip(small, large, strict=True)]
+    assert (found >= 2).all()
+    assert (found <= 34).all()
+
+
+def test_with_one_test_it_is_said_who_is_the_best(runs: list[Path], swarmevo_: Swarmevo) -> None:
+    done = swarmevo_("compare", *runs[:2], "--repeats", 1)
+    assert "One test of each controller: the best of a front is the one that was in evolution" in " ".join(
+        done.out.split()
+    )
+    assert "One test" not in swarmevo_("compare", *runs[:2], "--repeats", 2).out
 
 
 def test_tests_add_up(runs: list[Path], swarmevo_: Swarmevo) -> None:
