@@ -190,8 +190,8 @@ def page(task: Task, trials: Sequence[Trial], wanted: int) -> Iterator[str]:
     for one in sorted(trials):
         volumes[one.optimiser].append(one.hypervolume)
         firsts[one.optimiser].append(one.first)
-    volume = comparison.measure("hypervolume", True, volumes)
-    first = comparison.measure(task.fitness[0], True, firsts)
+    volume = comparison.measure("hypervolume", True, volumes, against=PAPER)
+    first = comparison.measure(task.fitness[0], True, firsts, against=PAPER)
     yield table(
         [
             "optimiser",
@@ -225,22 +225,18 @@ def middle(values: Sequence[float]) -> str:
     return f"{median(values):.3g} ({low:.3g} to {high:.3g})"
 
 
-def against_paper(measure: Measure, name: str) -> tuple[Pair, bool] | None:
-    """Return the pair of an optimiser and PDE, and whether PDE is its first."""
-    for pair in measure.pairs:
-        if {pair.a, pair.b} == {name, PAPER}:
-            return pair, pair.a == PAPER
-    return None
+def against_paper(measure: Measure, name: str) -> Pair | None:
+    """Return the pair of PDE, which is its first, and an optimiser."""
+    return next((pair for pair in measure.pairs if pair.b == name), None)
 
 
 def effect(measure: Measure, name: str) -> tuple[str, str]:
     """Return how often a trial of an optimiser is better than one of PDE, with its interval, and the p-value."""
-    found = against_paper(measure, name)
-    if found is None:
+    pair = against_paper(measure, name)
+    if pair is None:
         return "", ""
-    pair, is_first = found
-    a12, low, high = (1 - pair.a12, 1 - pair.high, 1 - pair.low) if is_first else (pair.a12, pair.low, pair.high)
-    if not measure.more_is_better:
+    a12, low, high = pair.a12, pair.low, pair.high
+    if measure.more_is_better:
         a12, low, high = 1 - a12, 1 - high, 1 - low
     return f"{100 * a12:.0f} % ({100 * low:.0f} to {100 * high:.0f})", f"{pair.p:.2g}"
 
@@ -250,9 +246,9 @@ def verdict(measure: Measure) -> str:
     better: list[str] = []
     worse: list[str] = []
     for name in measure.values:
-        found = against_paper(measure, name)
-        if found and found[0].p < SURE:
-            (worse if (found[0].a12 > 0.5) == found[1] else better).append(name)
+        pair = against_paper(measure, name)
+        if pair and pair.p < SURE:
+            (worse if pair.a12 > 0.5 else better).append(name)
     told = [f"{', '.join(names)} {what}" for names, what in ((better, "better than PDE"), (worse, "worse")) if names]
     return (
         f"By the hypervolume surely: {'; '.join(told)}."
@@ -281,8 +277,9 @@ the self-adaptive one. `cma` and the map searches make the first objective bette
 the way. All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are
 shares of what there could be; medians, least and largest over the trials. Who is the best of a front by the
 first objective one half of the tests says, and the other half how good it is. *Better than PDE's* is how often a trial
-is better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted
-by Holm for all pairs ([Comparing runs](../comparing.md)).
+is better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney,
+adjusted by Holm for the pairs shown, each optimiser with `pde` in one measure of one task; how the others differ from
+each other is not tested here ([Comparing runs](../comparing.md) does it for all pairs).
 """
 
 

@@ -81,7 +81,7 @@ class Pair:
     a: str
     b: str
     p: float
-    """Of the Mann-Whitney test, two-sided; of several pairs adjusted by Holm."""
+    """Of the Mann-Whitney test, two-sided; of several pairs in a measure adjusted by Holm."""
     a12: float
     """How often a trial of a is above one of b: 0.5, there is no difference."""
     low: float
@@ -288,18 +288,22 @@ def _measures(groups: Sequence[Group], objectives: Sequence[Objective]) -> Itera
         yield measure("success", True, rates)
 
 
-def measure(name: str, more_is_better: bool, values: dict[str, list[float]]) -> Measure:
+def measure(name: str, more_is_better: bool, values: dict[str, list[float]], against: str | None = None) -> Measure:
     """Return what a number of each trial says of how groups differ.
 
     Args:
         name: Of the number.
         more_is_better: Whether a larger one is.
         values: By group, at least two: those of its trials.
+        against: The group that each other one makes a pair with, as its second; None: all pairs.
 
     Raises:
         SwarmevoError: scipy is not installed.
     """
-    pairs = list(itertools.combinations(values, 2))
+    if against is None:
+        pairs = list(itertools.combinations(values, 2))
+    else:
+        pairs = [(against, other) for other in values if other != against]
     adjusted = holm([mann_whitney(values[a], values[b]) for a, b in pairs])
     return Measure(
         name=name,

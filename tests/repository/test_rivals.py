@@ -38,6 +38,15 @@ def test_the_page_says_who_is_surely_better_and_who_is_not() -> None:
     assert rows[1][3].startswith("56 % (")
 
 
+def test_p_is_adjusted_for_the_pairs_that_are_shown() -> None:
+    """Of six with six that do not overlap p is 2 in 924; three pairs with PDE are shown, of six that there are."""
+    rows = {name: [k + at / 10 for at in range(6)] for k, name in enumerate(["pde", "cma", "gde3", "random"])}
+    page = "".join(rivals.page(TASK, planted(rows), 6))
+    cells = [line.split(" | ") for line in page.splitlines() if line.startswith("| ")][2:]
+    assert [row[4] for row in cells] == [f"{3 * 2 / 924:.2g}"] * 3 + [""]
+    assert "for the pairs shown" in rivals.head(SMALL, "1-6", [TASK])
+
+
 def test_trials_of_several_sittings_make_the_same_page_whatever_their_order() -> None:
     trials = planted({"pde": [0.3, 0.5, 0.4, 0.35, 0.45], "cma": [0.6, 0.41, 0.43, 0.5, 0.38]})
     assert list(rivals.page(TASK, trials, 5)) == list(rivals.page(TASK, trials[::-1], 5))
