@@ -80,6 +80,22 @@ def test_a_search_goes_on_to_the_same_bits_past_a_restart() -> None:
     assert np.array_equal(evolve(whole, 5), evolve(fresh, 5))
 
 
+@pytest.mark.parametrize("library", ["comocma", "cma", "moarchiving"])
+def test_a_search_of_another_version_of_a_library_that_it_computes_in_is_refused(library: str) -> None:
+    with pytest.raises(ValueError, match=rf"^expected {library} 0\.0, with which the run was begun"):
+        make().restore({**make().state(), library: "0.0"})
+
+
+def test_a_state_of_when_one_library_was_known_is_read() -> None:
+    whole = make()
+    evolve(whole, 3)
+    state = {name: value for name, value in whole.state().items() if name not in ("cma", "moarchiving")}
+    assert "comocma" in state
+    fresh = make(seed=99)
+    fresh.restore(state)
+    assert np.array_equal(evolve(whole, 2), evolve(fresh, 2))
+
+
 def test_it_leaves_the_global_generator_and_the_folder_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The library draws from NumPy's global generator and writes logs, unless it is told otherwise."""
     monkeypatch.chdir(tmp_path)

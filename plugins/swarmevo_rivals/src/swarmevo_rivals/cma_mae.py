@@ -46,7 +46,7 @@ class CMAMAE(Replayed):
         ValueError: An option is out of its range, or nothing is described.
     """
 
-    library = "ribs"
+    libraries = ("ribs",)
 
     def __init__(
         self,

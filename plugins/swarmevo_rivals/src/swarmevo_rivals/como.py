@@ -38,7 +38,7 @@ class COMOCMAES(Replayed):
         ValueError: An option is out of its range, or the objectives are not two.
     """
 
-    library = "comocma"
+    libraries = ("comocma", "cma", "moarchiving")
 
     def __init__(
         self,

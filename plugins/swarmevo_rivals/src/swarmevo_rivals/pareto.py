@@ -33,7 +33,7 @@ class ParetoSearch(Replayed):
         ValueError: An option is out of its range, or there are too few objectives or genomes for the algorithm.
     """
 
-    library = "pymoo"
+    libraries = ("pymoo", "moocore")
     least_objectives: ClassVar[int] = 1
     least_population: ClassVar[int] = 2
 

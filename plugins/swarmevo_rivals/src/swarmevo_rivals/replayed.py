@@ -26,8 +26,8 @@ class Replayed(ABC):
         rng: The only source of randomness.
     """
 
-    library: ClassVar[str]
-    """Name of its distribution: another version may go on otherwise."""
+    libraries: ClassVar[tuple[str, ...]]
+    """Names of the distributions that it computes in: another version may go on otherwise."""
 
     def __init__(self, space: GenomeSpace, population: int, columns: int, rng: np.random.Generator) -> None:
         self._space, self._population, self._columns, self._rng = space, population, columns, rng
@@ -50,19 +50,21 @@ class Replayed(ABC):
             "told": np.concatenate([np.empty((0, self._columns)), *self._told]),
             "counts": [len(told) for told in self._told],
             "rng": self._rng.bit_generator.state,
-            self.library: version(self.library),
+            **{name: version(name) for name in self.libraries},
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Continue from ``state``, by telling the library all of it once more.
 
         Raises:
-            ValueError: It is that of another version of the library, which would go on otherwise.
+            ValueError: It is that of another version of a library, which would go on otherwise.
         """
-        if (then := state[self.library]) != (now := version(self.library)):
-            raise ValueError(
-                f"expected {self.library} {then}, with which the run was begun, got {now}; install that version"
-            )
+        for name in self.libraries:
+            then, now = state.get(name), version(name)
+            if then not in (None, now):  # states of before know one library alone
+                raise ValueError(
+                    f"expected {name} {then}, with which the run was begun, got {now}; install that version"
+                )
         self._seed, self._first = int(state["seed"]), np.array(state["first"])
         ends = np.cumsum([int(count) for count in state["counts"]], dtype=np.intp)
         self._told = np.split(np.array(state["told"]), ends[:-1]) if len(ends) else []
