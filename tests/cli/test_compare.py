@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import json
 import math
 from pathlib import Path
@@ -177,6 +179,48 @@ def test_where_few_trials_meet_many_the_share_that_attained_more_has_its_colour(
     parts = [part for part in axes.collections if part.get_paths()]
     assert [to_hex(part.get_facecolor()[0]).upper() for part in parts] == [style.colour(1)] * 2
     assert [part.get_alpha() for part in parts] == [0.375, 0.375]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        [f"mutation_rate={rate},robots={robots}" for rate in (0.01, 0.1, 0.3) for robots in (3, 4, 5)],
+        ["+".join(f"seed-{k}" for k in range(20)), "x" * 100],
+        [f"g{k}" for k in range(30)],
+    ],
+)
+def test_many_names_and_long_ones_have_room(names: list[str]) -> None:
+    """What matplotlib warns of, such as axes that have no room, fails too."""
+    shifted = planted(*np.linspace(0, 0.3, len(names)))
+    groups = [dataclasses.replace(group, name=name) for group, name in zip(shifted.groups, names, strict=True)]
+    found = dataclasses.replace(shifted, groups=groups, measures=list(comparison._measures(groups, [F1, SIZE])))
+    assert page.render(found).count("<svg") == 5 + (len(names) == 2)
+    for picture in (drawings.optimism(found), drawings.values(found, found.measures[1])):
+        picture.draw_without_rendering()
+        (axes,) = picture.axes
+        labels = [label.get_window_extent() for label in axes.get_yticklabels()]
+        assert [label.get_text().replace("\n", "") for label in axes.get_yticklabels()] == names
+        assert all(above.y0 >= below.y1 for above, below in itertools.pairwise(labels))
+        assert min(label.x0 for label in labels) >= 0
+        assert axes.bbox.width > 0.4 * picture.bbox.width
+    for picture in (drawings.courses(found), drawings.profiles(found), drawings.attained(found)):
+        picture.draw_without_rendering()
+        (axes,) = picture.axes
+        assert axes.bbox.height > 2 * picture.dpi
+        legend = axes.get_legend().get_window_extent()
+        assert legend.x0 >= 0
+        assert legend.x1 <= picture.bbox.width
+        assert legend.y0 >= 0
+
+
+def test_where_all_are_the_same_what_there_could_be_is_shown() -> None:
+    found = planted(0.0, 0.1)
+    never = comparison.measure("success", True, {name: [0.0] * 10 for name in ("g0", "g1")})
+    (axes,) = drawings.values(found, never).axes
+    assert axes.get_xlim() == pytest.approx((-0.02, 1.02))
+    same = comparison.measure("gain", True, {name: [3.0] * 10 for name in ("g0", "g1")})
+    (axes,) = drawings.values(found, same).axes
+    assert axes.get_xlim() == pytest.approx((-0.2, 10.2))
 
 
 def test_a_course_is_known_from_the_first_generation_to_the_last() -> None:
