@@ -71,6 +71,39 @@ def test_scene_and_controls_are_on_the_first_screen(browser: Browser, file: Path
         assert watched.errors == []
 
 
+@pytest.fixture(scope="module")
+def five(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the report of a team of five."""
+    folder = small_runs.make(tmp_path_factory.mktemp("five") / "run", "team.robots=5")
+    return report.write([folder], folder / "report.html")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
+def test_all_rows_and_a_network_at_work_are_seen_and_no_panel_scrolls(
+    browser: Browser, five: Path, width: int, height: int
+) -> None:
+    """On a phone the rows are further below, where the page scrolls to."""
+    scrolls = "all => all.filter((one) => ['auto', 'scroll'].includes(getComputedStyle(one).overflowY)).length"
+    with browsers.watch(browser, width, height) as watched:
+        page = watched.open(five)
+        controls = page.locator(".sw-transport").bounding_box()
+        assert controls is not None
+        page.evaluate("swarmevoReport[0].player.seek(1)")
+        if width > 390:
+            below = [row.bounding_box() for row in page.locator(".sw-robot").all()]
+            assert len(below) == 5
+            assert all(box is not None and box["y"] + box["height"] <= controls["y"] for box in below)
+        page.get_by_text("show", exact=True).click()
+        page.get_by_label("network at work").click()
+        page.keyboard.press("Escape")
+        network = page.locator(".sw-network svg").bounding_box()
+        assert network is not None
+        assert network["y"] + network["height"] <= controls["y"]
+        assert page.locator(".sw-player, .sw-player *").evaluate_all(scrolls) == 0
+        browsers.keep(page, f"report-network-{width}")
+        assert watched.errors == []
+
+
 def test_it_opens_on_the_most_successful(run: Path, opened: Page) -> None:
     with Store.open(run) as store:
         summary = fronts.summarise(store)

@@ -34,6 +34,7 @@ class Player {
     this.pause();
     while (this.stages.length > episodes.length) this.stages.pop().close();
     while (this.stages.length < episodes.length) this.stages.push(new Stage(this.place, this));
+    this.root.classList.toggle("sw-one", episodes.length === 1);
     this.root.classList.toggle("sw-many", episodes.length > 1);
     this.stages.forEach((stage, k) => stage.load(episodes[k], this.options.scene));
     this.duration = Math.max(0, ...episodes.map((episode) => episode.horizon));

@@ -6,10 +6,12 @@ class Stage {
     this.player = player;
     this.root = element("section", "sw-stage", undefined, parent);
     this.inner = element("div", "sw-inner", undefined, this.root);
-    const scene = element("div", "sw-scene", undefined, this.inner);
+    const front = element("div", "sw-front", undefined, this.inner);
+    const scene = element("div", "sw-scene", undefined, front);
     this.canvas = scene;
     scene.setAttribute("role", "group");
-    this.legend = element("ul", "sw-legend", undefined, this.inner);
+    this.legend = element("ul", "sw-legend", undefined, front);
+    const below = element("div", "sw-below", undefined, front);
     this.side = element("aside", "sw-side", undefined, this.inner);
     const title = element("header", "sw-title", undefined, this.side);
     this.title = element("h2", "", undefined, title);
@@ -18,8 +20,8 @@ class Stage {
     this.heading = element("h3", "sw-heading", "in this episode", this.side);
     this.facts = element("dl", "sw-facts", undefined, this.side);
     this.events = new Events(this.side, scene, (t) => player.seek(t));
-    this.plots = [new Plot(this.side, (t) => player.seek(t)), new Plot(this.side, (t) => player.seek(t))];
-    this.network = new Network(this.side);
+    this.plots = [new Plot(below, (t) => player.seek(t)), new Plot(below, (t) => player.seek(t))];
+    this.network = new Network(below);
     this.team = new Team(this.side, (robot) => this._watch(robot));
     this.home = element("button", "sw-camera", "whole arena");
     this.home.type = "button";
