@@ -34,10 +34,13 @@ def browser() -> Iterator[Browser]:
 class Seen:
     """A page of the dashboard, and what it said and asked for."""
 
-    def __init__(self, browser: Browser, width: int, port: int, bypass_csp: bool = False) -> None:
+    def __init__(
+        self, browser: Browser, width: int, port: int, bypass_csp: bool = False, is_still: bool = False
+    ) -> None:
         self.home = f"http://127.0.0.1:{port}/"
         size = {"width": width, "height": 900}
-        self.context = browser.new_context(viewport=size, reduced_motion="reduce", bypass_csp=bypass_csp)
+        motion: Literal["reduce", "no-preference"] = "reduce" if is_still else "no-preference"
+        self.context = browser.new_context(viewport=size, reduced_motion=motion, bypass_csp=bypass_csp)
         self.context.set_default_timeout(PATIENCE)
         self.page = self.context.new_page()
         self.errors: list[str] = []
@@ -201,6 +204,16 @@ def test_another_repeat_is_played(browser: Browser, tmp_path: Path, monkeypatch:
         page.wait_for_function("document.querySelector('.sw-title p').textContent.endsWith('repeat 2')")
         assert not page.is_visible(".sw-warning")  # it is the stored episode to the last bit
         keep(page, "dashboard-repeats")
+
+
+def test_who_wants_no_motion_has_none_unasked(browser: Browser, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with serving(Watch(place), monkeypatch) as port, Seen(browser, 1440, port, is_still=True) as page:
+        page.locator(".point").last.focus()
+        page.keyboard.press("Enter")
+        page.wait_for_function("swarmevoDashboard.run().player")
+        assert page.evaluate("swarmevoDashboard.run().player.playing") is False
+        page.get_by_role("button", name="play").click()
+        assert page.evaluate("swarmevoDashboard.run().player.playing") is True
 
 
 def test_a_configuration_is_shown_as_text(browser: Browser, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@
 "use strict";
 
 const SwarmevoRun = (() => {
-  const { Chart, element } = SwarmevoCharts;
+  const { Chart, element, isStill } = SwarmevoCharts;
   const { Lines } = SwarmevoLines;
   const CALM = 1500; // [ms] till when the chart stands still for somebody who points at it or came to it by Tab, and may be about to press
   const HINT = "Choose a point of the front to replay its individual.";
@@ -147,7 +147,7 @@ const SwarmevoRun = (() => {
       this._load(point, {});
     }
 
-    /** Play the most successful episode of an individual's last generation, or that of a repeat. */
+    /** Show the most successful episode of an individual's last generation, or that of a repeat; play it where things may move. */
     async _load(point, repeat) {
       const asked = (this.asked = {}), { trial, generation, genome } = point;
       this.chosen = point;
@@ -173,7 +173,7 @@ const SwarmevoRun = (() => {
         this.stage.replaceChildren();
         this.player = SwarmevoPlayer.mount(this.stage, [episode], {});
       } else this.player.load([episode]);
-      this.player.play();
+      if (!isStill()) this.player.play();
       const { top } = this.stage.getBoundingClientRect();
       if (top < 0 || top > 0.6 * innerHeight) this.stage.scrollIntoView({ block: "start" });
     }

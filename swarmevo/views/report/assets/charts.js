@@ -36,6 +36,8 @@ const SwarmevoCharts = (() => {
     return made;
   }
 
+  /** Whether nothing may move unasked. */
+  const isStill = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
   const colour = (trial) => COLOURS[trial % COLOURS.length];
   const shape = (trial) => SHAPES[trial % SHAPES.length];
   const short = (value) => Number(value.toPrecision(4)).toString();
@@ -200,5 +202,5 @@ const SwarmevoCharts = (() => {
     }
   }
 
-  return { Chart, element, svg, colour, short, ticks };
+  return { Chart, element, svg, colour, short, ticks, isStill };
 })();

@@ -4,9 +4,7 @@
 "use strict";
 
 (() => {
-  const { Chart, element } = SwarmevoCharts;
-
-  const isStill = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const { Chart, element, isStill } = SwarmevoCharts;
 
   /** A run's chart, stage and the card between them. Who is shown: one point, or two side by side, the chosen one last. */
   class Explorer {
