@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -11,8 +15,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import small_runs
 import toy_plugins
 from swarmevo import plugins
+from swarmevo.config import changed, load
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.runs import driver, verification
@@ -69,6 +75,31 @@ def test_a_run_that_is_left_after_each_generation_has_the_same_bits(tmp_path: Pa
     np.testing.assert_equal(run(cut), expected)
     with Store.open(cut) as store:
         assert verification.verify(store, 1).is_sound
+
+
+@pytest.mark.parametrize("name", ["como_cma", "nsga2"])
+def test_a_run_whose_process_is_killed_goes_on_to_the_same_bits(tmp_path: Path, name: str) -> None:
+    generations = 20
+    changes = ("evolution.population=12", f"evolution.generations={generations}", f"optimiser={name}")
+    settings = changed(load("quick", small_runs.SMALL), changes, plugins.option_errors)
+    whole, cut = (driver.begin(tmp_path / place, settings) for place in ("whole", "cut"))
+    expected = run(whole)
+    assert len(expected) == 2 * generations
+    for wanted in (3, 12):
+        command = [sys.executable, "-m", "swarmevo", "resume", str(cut), "--workers", "1"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while stored_generations(cut) < wanted:
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
+    assert 12 <= stored_generations(cut) < 2 * generations
+    np.testing.assert_equal(run(cut), expected)
+
+
+def stored_generations(folder: Path) -> int:
+    with Store.open(folder) as store:
+        return store.totals().generations
 
 
 def test_the_host_gets_its_answer(tmp_path: Path) -> None:
