@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -222,6 +223,18 @@ def test_on_paper_all_is_open_and_the_scene_stands_still(page: Page) -> None:
     assert closed > 2
     assert page.locator("main details:not([open]):not(.sw-menu)").count() == 0
     assert page.locator(".stage").is_hidden()
+    told = page.locator(".still .facts, .still p").all_inner_texts()
+    episode = page.evaluate("swarmevoReport[0].player.stages[0].track.episode")
+    for name, value in episode["facts"]:
+        assert re.search(rf"{re.escape(name)}\s+{re.escape(value)}", told[0])
+    came = sorted(time for time in episode["homing"] if time is not None)
+    assert re.findall(r"robot \d at the source, (\S+) s", told[1]) == [f"{time:.1f}" for time in came]
+    drawn, wide = page.locator("[data-chart] > svg").evaluate("(svg) => [svg.clientWidth, svg.viewBox.baseVal.width]")
+    assert drawn <= wide  # its letters are no larger than on the screen
+    bars = page.locator(".bar, .bar i")
+    assert {bar.evaluate("(bar) => getComputedStyle(bar).printColorAdjust") for bar in bars.all()} == {"exact"}
+    heads = page.locator("h2, h3, h2 + .note")
+    assert {head.evaluate("(head) => getComputedStyle(head).breakAfter") for head in heads.all()} == {"avoid"}
     tables = page.locator(".scroll table")
     assert {table.evaluate("(t) => getComputedStyle(t).breakInside") for table in tables.all()} == {"avoid"}
     page.evaluate("dispatchEvent(new Event('afterprint'))")

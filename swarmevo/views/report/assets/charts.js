@@ -83,6 +83,7 @@ const SwarmevoCharts = (() => {
       this.nodes = [];
       this.tip.hidden = true;
       this.root.setAttribute("viewBox", `0 0 ${width} ${this.height}`);
+      this.root.style.setProperty("--drawn", `${width}px`); // on paper it is no wider, and its letters no larger
       this.root.replaceChildren();
       this._scales();
       this._axes();

@@ -135,7 +135,20 @@
       canvas.setAttribute("aria-label", caption);
       this.still.append(canvas);
       element("figcaption", "", caption, this.still);
+      for (const stage of this.player.stages) this._told(stage);
       this.player.seek(time);
+    }
+
+    /** Say below the still frame what is said beside a stage: an episode's values, and what happened in it. */
+    _told({ track: { episode }, events }) {
+      const told = element("div", "", undefined, this.still);
+      element("h3", "", `${episode.title}, in this episode`, told);
+      const list = element("dl", "facts", undefined, told);
+      for (const [name, value] of episode.facts) {
+        element("dt", "", name, list);
+        element("dd", "", value, list);
+      }
+      element("p", "", events.events.map(({ text, time }) => `${text}, ${time.toFixed(1)} s`).join("; "), told);
     }
   }
 
