@@ -67,6 +67,11 @@ def test_the_page_knows_every_point_and_its_episode(run: Path, page_file: Path) 
     assert all("scene" not in episode for episode in data["episodes"])
 
 
+def test_the_note_of_the_tests_is_of_sentences(page_file: Path) -> None:
+    (note,) = re.findall(r'<h2>Tests</h2>\s*<p class="note">(.*?)</p>', page_file.read_text(), re.DOTALL)
+    assert "in small print the paper's Table II. Max: never within 4\N{NO-BREAK SPACE}s." in note
+
+
 def test_only_so_many_replays_the_best_first(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report_run, "MOST_REPLAYS", 1)
     (data,) = embedded(report.page([run]))
