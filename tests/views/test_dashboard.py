@@ -23,6 +23,7 @@ import small_runs
 from dashboards import serving
 from swarmevo import cli
 from swarmevo.analysis import fronts
+from swarmevo.analysis.course import Standing
 from swarmevo.analysis.following import Following
 from swarmevo.errors import ReplayError, StoreError, SwarmevoError
 from swarmevo.runs.store import Store
@@ -167,6 +168,12 @@ def test_a_runs_points_and_hypervolume_are_those_of_show(place: Path, detail: di
     ]
     assert (detail["share"], detail["faults"], detail["left"]) == (1.0, 0, "")
     assert detail["done"] == "4 of 4 generations in 2 trials"
+
+
+@pytest.mark.parametrize(("last", "lived"), [(87, "generation 87"), (90, "generations 87 to 90")])
+def test_who_lived_in_one_generation_has_one(last: int, lived: str) -> None:
+    one = Standing(5, 87, last, 3, [])
+    assert ("lived in", f"trial 2, {lived}") in facts._point(Following(Path("none")), 2, one, is_best=True)["facts"]
 
 
 def test_what_is_drawn_has_a_limit(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -143,7 +143,7 @@ def _point(run: Following, trial: int, one: Standing, is_best: bool) -> dict[str
         "facts": [
             *((text.words(objective.name), text.number(value)) for objective, value in named),
             ("judged by", text.count(one.episodes, "episode")),
-            ("lived in", f"trial {trial}, generations {one.first_generation} to {one.last_generation}"),
+            ("lived in", f"trial {trial}, {text.generations(one.first_generation, one.last_generation)}"),
         ],
         "command": printable(f"swarmevo replay {shlex.quote(f'{run.folder}:{one.genome}')}"),
     }
