@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The paper's optimiser against all that come with swarmevo, on tasks that ship, with equal budgets in episodes.
+"""The paper's optimiser against others that come with swarmevo, on tasks that ship, with equal budgets in episodes.
 
     python -m benchmarks.rivals --seeds 1-20 --tasks phototaxis localisation > docs/results/rivals.md
 

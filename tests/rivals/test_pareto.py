@@ -11,10 +11,10 @@ from swarmevo.evolution.state import decode_state, encode_state
 from swarmevo.protocols import Block, GenomeSpace, Objective, Problem
 from swarmevo.testing import OptimiserTests
 from swarmevo_rivals import replayed
-from swarmevo_rivals.pareto import GDE3, MOEAD, NSGA2, NSGA3, SMSEMOA
+from swarmevo_rivals.pareto import GDE3, MOEAD, NSGA2, NSGA3, SMSEMOA, SPEA2
 from swarmevo_rivals.random_search import RandomSearch
 
-SEARCHES = (NSGA2, NSGA3, GDE3, SMSEMOA, MOEAD)
+SEARCHES = (NSGA2, NSGA3, SPEA2, GDE3, SMSEMOA, MOEAD)
 SPACE = GenomeSpace(
     (Block("weights", (8,)), Block("bounded", (2,), bounds=(0.0, 1.0)), Block("switch", (2,), "switch"))
 )
@@ -71,6 +71,13 @@ class TestNSGA3(OptimiserTests):
 
     def create(self, space, population, objectives, rng, problem):
         return NSGA3(space, population, objectives, rng, problem)
+
+
+class TestSPEA2(OptimiserTests):
+    objectives = (2, 3)
+
+    def create(self, space, population, objectives, rng, problem):
+        return SPEA2(space, population, objectives, rng, problem)
 
 
 class TestMOEAD(OptimiserTests):
@@ -156,6 +163,7 @@ def test_a_search_of_another_version_of_the_library_is_refused(monkeypatch: pyte
         (NSGA2, 2, 20, {"reach": float("nan")}, "reach: expected a number above 0, got nan"),
         (SMSEMOA, 1, 20, {}, "objectives: expected at least 2, got 1"),
         (NSGA3, 1, 20, {}, "objectives: expected at least 2, got 1"),
+        (SPEA2, 1, 20, {}, "objectives: expected at least 2, got 1"),
         (MOEAD, 1, 20, {}, "objectives: expected at least 2, got 1"),
         (GDE3, 2, 3, {}, "population: expected a number of at least 4, got 3"),
         (NSGA2, 2, 1, {}, "population: expected a number of at least 2, got 1"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Searches for a Pareto front by the library pymoo (Blank & Deb 2020): NSGA-II, NSGA-III, GDE3, SMS-EMOA, MOEA/D."""
+"""Searches for a Pareto front by the library pymoo (Blank & Deb 2020): NSGA-II, -III, SPEA2, GDE3, SMS-EMOA, MOEA/D."""
 
 from __future__ import annotations
 
@@ -127,6 +127,19 @@ class NSGA3(ParetoSearch):
         from pymoo.algorithms.moo import nsga3
 
         return nsga3.NSGA3(self._directions(), pop_size=self._population, sampling=first)
+
+
+class SPEA2(ParetoSearch):
+    """SPEA2 (Zitzler et al. 2001): counts who dominates whom, and thins out where the front is dense."""
+
+    least_objectives = 2
+
+    def _algorithm(self, first: FloatArray) -> Any:
+        from pymoo.algorithms.moo import spea2
+
+        # By default all searches of a process share one survival, which scales by what it remembers. Ours are shares.
+        survival = spea2.SPEA2Survival(normalize=False)
+        return spea2.SPEA2(pop_size=self._population, sampling=first, survival=survival)
 
 
 class GDE3(ParetoSearch):
