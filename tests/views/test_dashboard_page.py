@@ -191,6 +191,26 @@ def test_who_comes_to_a_point_by_keyboard_does_not_lose_it(
         page.wait_for_function("document.activeElement.classList.contains('point')")
 
 
+def test_the_line_is_explained_where_there_is_one_and_the_title_has_no_gap(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_runs.make(tmp_path / "two")
+    small_runs.make(tmp_path / "one", "fitness=box_pushing")
+    with serving(Watch(tmp_path), monkeypatch) as port, Seen(browser, 1440, port) as page:
+        for name, lines in (("one", 0), ("two", 1)):
+            page.click(f".runs a:has-text('{name}')")
+            page.wait_for_selector(f"[data-name]:text-is('{name}')")
+            page.wait_for_selector(".point")
+            assert page.locator("path.front").count() == lines
+            assert ("The line is the global front" in page.inner_text("section[aria-label='Pareto front']")) == bool(
+                lines
+            )
+        page.locator(".point").last.focus()
+        page.keyboard.press("Enter")
+        page.wait_for_selector(".sw-title h2")
+        assert page.locator(".sw-title h2").evaluate("(title) => getComputedStyle(title).marginTop") == "0px"
+
+
 def test_another_repeat_is_played(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small_runs.make(tmp_path / "run", "evolution.repeats=3")
     with serving(Watch(tmp_path), monkeypatch) as port, Seen(browser, 1440, port) as page:

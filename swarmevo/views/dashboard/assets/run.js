@@ -40,6 +40,7 @@ const SwarmevoRun = (() => {
       for (const section of this.article.querySelectorAll("[data-found]")) section.hidden = !run.points?.length;
       if (run.tiles && changed("tiles")) this._tiles(run.tiles);
       if (run.points?.length) {
+        this._text("line", run.objectives.length === 2 ? "The line is the global front, that over all trials." : "");
         this._text("undrawn", run.undrawn ? `${run.undrawn} more are not drawn.` : "");
         this._text("reference", run.reference);
         if (changed("points")) this._points(run);
