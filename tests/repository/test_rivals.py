@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 # The benchmarks are not installed. At the end of the path: the installed swarmevo comes first.
 sys.path.append(str(Path(__file__).parents[2]))
@@ -14,12 +16,22 @@ sys.path.append(str(Path(__file__).parents[2]))
 from benchmarks import rivals
 from benchmarks.rivals import Budget, Task, Trial
 
+ROOT = Path(__file__).parents[2]
 SMALL = Budget(episodes=24, population=6, repeats=1, tests=2)
 TASK = Task("localisation", "a robot homes", ("box_pushing", "hidden_neurons"), ("pde", "random"))
 
 
 def planted(values: dict[str, list[float]]) -> list[Trial]:
     return [Trial("localisation", name, seed, at, at) for name, row in values.items() for seed, at in enumerate(row)]
+
+
+def test_the_extra_brings_all_that_any_rival_needs() -> None:
+    ours, theirs = (
+        tomllib.loads((ROOT / folder / "pyproject.toml").read_text())["project"]
+        for folder in ("", "plugins/swarmevo_rivals")
+    )
+    (needed,) = map(Requirement, ours["optional-dependencies"]["rivals"])
+    assert (needed.name, needed.extras) == (theirs["name"], set(theirs["optional-dependencies"]))
 
 
 def test_the_page_says_why_maps_are_missing_where_nothing_is_described() -> None:
