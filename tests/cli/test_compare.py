@@ -126,6 +126,7 @@ def test_the_console_and_the_page(runs: list[Path], swarmevo_: Swarmevo, tmp_pat
     assert "<script" not in text
     assert text.count("<svg") == 7
     assert "Where a larger share of one group" in text
+    assert "Luck in the tests helps a larger front" in text
 
 
 def trial(number: int, tested: float) -> Trial:
