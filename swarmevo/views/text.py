@@ -43,6 +43,12 @@ def label(objective: Objective) -> str:
     return f"{words(objective.name)} ({'more' if objective.is_maximised else 'less'} is better)"
 
 
+def not_drawn(objectives: Sequence[Objective]) -> str:
+    """Return which objectives a chart of the first two does not have; empty: it has all."""
+    names = ", ".join(words(objective.name) for objective in objectives[2:])
+    return f"not drawn: {names}, in which a point may be better" if names else ""
+
+
 def source(emitters: Sequence[Emitter]) -> str:
     """Return what the emitters are that robots home in on: a source, heard within its range only, or a beacon."""
     is_hidden = all(emitter.reach == "range" and emitter.rides_on is None for emitter in emitters)

@@ -167,6 +167,7 @@ def test_a_runs_points_and_hypervolume_are_those_of_show(place: Path, detail: di
         [step.hypervolume for step in trial.history] for trial in summary.trials
     ]
     assert (detail["share"], detail["faults"], detail["left"]) == (1.0, 0, "")
+    assert detail["beyond"] == ""
     assert detail["done"] == "4 of 4 generations in 2 trials"
 
 

@@ -45,6 +45,16 @@ def test_fronts_have_a_marker_for_each_point_and_a_line_for_all(run: Path) -> No
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["trial 0", "trial 1", "global front"]
 
 
+def test_a_third_objective_is_said_not_to_be_drawn(run: Path, tmp_path: Path) -> None:
+    three = small_runs.make(tmp_path / "run", "fitness={box_pushing: {}, hidden_neurons: {}, coverage: {}}")
+    for picture, is_told in (
+        (figures.fronts(three), True), (figures.fronts_of_runs({"three": three}), True), (figures.fronts(run), False),
+    ):  # fmt: skip
+        told = " ".join(picture.axes[0].get_title(loc="left").split())
+        assert told == ("not drawn: coverage, in which a point may be better" if is_told else "")
+        held(picture)
+
+
 def test_names_of_objectives_are_no_formulas(run: Path) -> None:
     """Case 24: a name with an unfinished formula is drawn as it is; ticks are whole where the values are."""
     with Store.open(run) as store:

@@ -72,6 +72,15 @@ def test_the_note_of_the_tests_is_of_sentences(page_file: Path) -> None:
     assert "in small print the paper's Table II. Max: never within 4\N{NO-BREAK SPACE}s." in note
 
 
+def test_a_third_objective_is_said_not_to_be_drawn(browser: Browser, tmp_path: Path) -> None:
+    folder = small_runs.make(tmp_path / "run", "fitness={box_pushing: {}, hidden_neurons: {}, coverage: {}}")
+    report.write([folder], tmp_path / "three.html")
+    with watch(browser) as found:
+        page = found.open(tmp_path / "three.html")
+        assert page.inner_text(".beyond") == "not drawn: coverage, in which a point may be better"
+        assert found.errors == []
+
+
 def test_only_so_many_replays_the_best_first(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report_run, "MOST_REPLAYS", 1)
     (data,) = embedded(report.page([run]))

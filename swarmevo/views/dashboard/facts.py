@@ -57,6 +57,7 @@ def detail(id: str, name: str, run: Following) -> dict[str, Any]:
         "objectives": [
             {"name": text.words(o.name), "label": text.label(o), "maximise": o.is_maximised} for o in run.objectives
         ],
+        "beyond": text.not_drawn(run.objectives),
         "points": _points(run),
         "undrawn": max(0, sum(map(len, run.fronts)) - MOST_POINTS),
         "reference": ", ".join(f"{text.words(o.name)} {text.number(o.worst)}" for o in run.objectives),

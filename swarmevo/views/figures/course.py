@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TIMES: Final = "\N{MULTIPLICATION SIGN}"
-_LETTERS: Final = 19
-"""Of a sentence in small letters, on an inch."""
 
 
 def hypervolume(run: Run, width: float = style.COLUMN) -> Picture:
@@ -87,8 +85,8 @@ def _hypervolume_axes(axes: Axes, objectives: Sequence[Objective], width: float)
     unit = f" {TIMES} ".join(text.words(objective.name) for objective in objectives)
     reference = ", ".join(f"{text.words(objective.name)} {text.number(objective.worst)}" for objective in objectives)
     axes.set_xlabel("generation")
-    axes.set_ylabel(f"hypervolume\n({textwrap.fill(unit, int(0.5 * _LETTERS * width))})")
-    style.note(axes, textwrap.fill(f"reference point: {reference}", int(_LETTERS * width)))
+    axes.set_ylabel(f"hypervolume\n({textwrap.fill(unit, int(0.5 * style.LETTERS * width))})")
+    style.note(axes, textwrap.fill(f"reference point: {reference}", int(style.LETTERS * width)))
     axes.set_ylim(bottom=0)
     axes.xaxis.set_major_locator(style.ticks(is_whole=True))
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
@@ -47,6 +48,7 @@ def draw_fronts(axes: Axes, store: Store, width: float, below: bool = False) -> 
     if len(store.objectives) == 2:
         staircase(axes, store.objectives, front, color=style.INK, linewidth=1.6, zorder=2, label="global front")
     axes.plot(*front.T, "o", markersize=9, markerfacecolor="none", markeredgecolor=style.INK, zorder=4)
+    _not_drawn(axes, store.objectives, width)
     style.legend(axes, len(store.trials()) + 1, width, below)
 
 
@@ -75,6 +77,7 @@ def fronts_of_runs(runs: Mapping[str, Run], width: float = style.PAGE) -> Pictur
                 line = style.STYLES[i % len(style.STYLES)]
                 staircase(axes, objectives, points, color=look["color"], linestyle=line, linewidth=1.6)
             axes.plot(*points.T, **look, markersize=5, label=name, zorder=3)
+        _not_drawn(axes, objectives, width)
         style.legend(axes, len(runs), width)
         return picture
 
@@ -158,6 +161,12 @@ def _plane_axes(axes: Axes, objectives: Sequence[Objective], points: FloatArray)
     low, high = points.min(axis=0), points.max(axis=0)
     room = _ROOM * np.where(high > low, high - low, 1.0)
     axes.set(xlim=(low[0] - room[0], high[0] + room[0]), ylim=(low[1] - room[1], high[1] + room[1]))
+
+
+def _not_drawn(axes: Axes, objectives: Sequence[Objective], width: float) -> None:
+    """Say which objectives the plane does not have."""
+    if said := text.not_drawn(objectives):
+        style.note(axes, textwrap.fill(said, int(style.LETTERS * width)))
 
 
 def are_whole(values: FloatArray) -> bool:

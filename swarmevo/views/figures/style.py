@@ -33,6 +33,8 @@ PAGE: Final = 7.0
 """Of one across both columns."""
 SCREEN: Final = 5.2
 """Of one in a page."""
+LETTERS: Final = 19
+"""Of a sentence in small letters, on an inch."""
 _INSIDE: Final = 5
 """Entries of a legend that has room inside the axes."""
 _ENTRY: Final = 0.82

@@ -116,6 +116,7 @@ def data(store: Store, run: Run) -> dict[str, Any]:
         "objectives": [
             {"name": text.words(o.name), "label": text.label(o), "maximise": o.is_maximised} for o in store.objectives
         ],
+        "beyond": text.not_drawn(store.objectives),
         "points": [_point(store, run, point) for point in run.points],
         "opened": keys.index((run.opened.trial, run.opened.genome)),
         "scene": shared,

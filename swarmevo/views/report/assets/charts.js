@@ -58,6 +58,7 @@ const SwarmevoCharts = (() => {
       Object.assign(this, { parent, choose, chosen: null, nodes: [] });
       this.root = svg("svg", { role: "group", "aria-label": "Pareto front" }, parent);
       this.legend = element("ul", "legend", undefined, parent);
+      this.beyond = element("p", "beyond", undefined, parent);
       this.tip = element("div", "tip", undefined, parent);
       this.tip.hidden = true;
       this.update(run);
@@ -71,6 +72,7 @@ const SwarmevoCharts = (() => {
       this.places = run.points.map((p) => (single ? [p.trial, p.values[0]] : [p.values[1], p.values[0]]));
       this.titles = [single ? "trial" : run.objectives[1].label, run.objectives[0].label];
       this._legend();
+      this.beyond.textContent = run.beyond;
       this.draw();
     }
 
