@@ -5,7 +5,8 @@
 
 Seed by seed, each task is evolved by all optimisers, one trial each, and the fronts are tested again on fresh seeds: a
 sweep below ``--out``, which goes on after any end. What came out is kept in ``--kept``, a row a trial; seeds that
-are there are not evolved again, so the trials may come from several sittings. ``--stored`` prints what is there.
+are there are not evolved again, so the trials may come from several sittings. ``--stored`` prints what is there. With
+another file as ``--kept`` the rows of runs that are complete below ``--out`` are computed anew, of the same tests.
 """
 
 from __future__ import annotations

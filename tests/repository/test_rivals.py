@@ -99,6 +99,13 @@ def test_only_seeds_that_are_not_kept_are_evolved(
     assert "--seeds 1 --episodes 24 --population 6 --repeats 1 --tests 2 --tasks localisation" in first
     rows = kept.read_text()
     assert len(rows.splitlines()) == 1 + 3  # pde with rates of its own, too
+    kept.rename(tmp_path / "before.csv")
+    bits = (out / "localisation" / "seed-1").rglob("run.sqlite")
+    evolved = {file: file.read_bytes() for file in bits}
+    assert call("1") == first  # computed anew, not evolved
+    assert kept.read_text() == rows
+    assert len(evolved) == 3
+    assert all(file.read_bytes() == content for file, content in evolved.items())
     (out / "localisation" / "seed-1").rename(tmp_path / "gone")
     assert "| pde | 2 |" in call("1-2")
     assert set(rows.splitlines()) < set(kept.read_text().splitlines())
