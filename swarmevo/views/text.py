@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Numbers, times, rates, counts and names as text: once, for console, report, replays and figures.
 
-A number and its unit stay on one line: between them is a no-break space, and a narrow one between thousands.
-:func:`plain` takes both back for a console, where people search and copy.
+A number and its unit stay on one line: between them is a no-break space, and a narrow one between thousands; what is
+compared has its mathematical sign. :func:`plain` takes these back for a console, where people search and copy.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 _GAP: Final = "\N{NO-BREAK SPACE}"
 _THOUSANDS: Final = "\N{NARROW NO-BREAK SPACE}"
+
+_LEAST: Final = "\N{GREATER-THAN OR EQUAL TO}"
+_MOST: Final = "\N{LESS-THAN OR EQUAL TO}"
 
 NEVER: Final = "Max"
 """The paper's word in Table II for a time that was never reached."""
@@ -127,8 +130,8 @@ def generations(first: int, last: int) -> str:
 
 
 def plain(text: str) -> str:
-    """Return text as a console has it: ordinary spaces, none between thousands."""
-    return text.replace(_THOUSANDS, "").replace(_GAP, " ")
+    """Return text as a console has it: ordinary spaces, none between thousands, and signs that keys have."""
+    return text.replace(_THOUSANDS, "").replace(_GAP, " ").replace(_LEAST, ">=").replace(_MOST, "<=")
 
 
 # ---- times -----------------------------------------------------------------------------------------------------------
@@ -229,7 +232,7 @@ def measured_heads(measures: Measures, objectives: Iterable[str], homing: str, p
 def success(objective: Objective) -> str:
     """Return from which value of an objective on an episode is a success."""
     assert objective.success is not None
-    return f"{words(objective.name)} {'>=' if objective.is_maximised else '<='} {number(objective.success)}"
+    return f"{words(objective.name)} {_LEAST if objective.is_maximised else _MOST} {number(objective.success)}"
 
 
 def mean(value: float, error: float | None) -> str:

@@ -86,6 +86,12 @@ def test_a_console_gets_ordinary_spaces_and_no_gaps() -> None:
     assert text.plain(f"{text.count(12345, 'episode')} in {text.duration(5)}") == "12345 episodes in 5 s"
 
 
+@pytest.mark.parametrize(("direction", "sign", "plain"), [("maximise", "\u2265", ">="), ("minimise", "\u2264", "<=")])
+def test_a_success_has_its_sign(direction: str, sign: str, plain: str) -> None:
+    success = text.success(Objective("coverage", direction, (0, 1), success=0.8))
+    assert (success, text.plain(success)) == (f"coverage {sign} 0.8", f"coverage {plain} 0.8")
+
+
 @pytest.mark.parametrize(
     ("scene", "delivered", "distance"),
     [

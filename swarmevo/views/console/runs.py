@@ -68,7 +68,7 @@ def _measures(summary: Summary) -> list[str]:
     return [
         *(["homing"] if measures.homing else []),
         *([pushing, push] if measures.push else []),
-        *map(text.success, measures.successes),
+        *map(text.plain, map(text.success, measures.successes)),
     ]
 
 

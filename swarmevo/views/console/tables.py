@@ -52,7 +52,7 @@ def _table_ii(found: Assessment) -> Table:
 
     paper = {row.robots: row for row in PAPER}
     heads = ("robots", "homing", "", "any", "all", "time", "", "pushing", "", "time", "")
-    table = output.table(*heads, *map(text.success, found.measures.successes), right=True)
+    table = output.table(*heads, *map(text.plain, map(text.success, found.measures.successes)), right=True)
     for row in found.rows:
         successes = map(text.percent, row.success_rates.values())
         table.add_row(*_table_ii_row(row, paper.get(row.robots)), *map(text.plain, successes))
@@ -78,7 +78,7 @@ def _heads(found: Assessment) -> list[str]:
     objectives = found.rows[0].objectives if found.rows else ()
     pushing = "pushing" if found.measures.one_box else "delivery"
     heads = text.measured_heads(found.measures, objectives, "homing", pushing)
-    return ["time" if head == "time taken" else head for head in heads]
+    return ["time" if head == "time taken" else text.plain(head) for head in heads]
 
 
 def _show_verdicts(out: Console, found: Assessment, until: Until) -> None:
