@@ -169,6 +169,14 @@ def test_robots_numbers_stand_upright(page: Page) -> None:
         np.testing.assert_allclose(found, 0, atol=1e-6)  # seen from the south
 
 
+@pytest.mark.parametrize(("most", "top"), [(0, "0 cm"), (0.4, "0.4 cm"), (123, "120 cm")])
+def test_a_plot_says_its_highest_value(page: Page, most: float, top: str) -> None:
+    series = f"[{{ name: '', colour: 'red', values: Float32Array.of(0, {most}), unit: ' cm', digits: 1 }}]"
+    page.evaluate(f"swarmevo.player.stages[0].plots[1].draw('gap', {series}, 12, 12, false)")
+    assert page.locator(".sw-top").last.inner_text() == top
+    page.evaluate("swarmevo.player.stages[0]._plots()")
+
+
 def test_toggles_show_and_hide(page: Page) -> None:
     page.locator(".sw-menu summary").click()
     scene = "swarmevo.player.stages[0].scene"

@@ -41,8 +41,9 @@ class Plot {
     const bins = series.map(({ values }) => Plot.binned(values));
     const n = bins[0] ? bins[0].length : 0;
     const sums = bins.map((_, k) => Array.from({ length: n }, (_, i) => (stacked ? bins.slice(0, k + 1).reduce((sum, b) => sum + b[i], 0) : bins[k][i])));
-    const highest = Math.max(1e-9, ...sums.flat()) * 1.08;
-    this.top.textContent = n ? `${(highest / 1.08).toPrecision(2)}${series[0].unit}` : "";
+    const most = Math.max(0, ...sums.flat());
+    const highest = 1.08 * (most || 1);
+    this.top.textContent = n ? `${Number(most.toPrecision(2))}${series[0].unit}` : "";
     this._ticks(duration, width, height);
     const x = (i) => ((((i + 0.5) / Math.max(n, 1)) * end) / duration) * width;
     const y = (value) => height - (Math.max(value, 0) / highest) * height;
