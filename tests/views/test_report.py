@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import re
@@ -79,6 +80,21 @@ def test_a_third_objective_is_said_not_to_be_drawn(browser: Browser, tmp_path: P
         page = found.open(tmp_path / "three.html")
         assert page.inner_text(".beyond") == "not drawn: coverage, in which a point may be better"
         assert found.errors == []
+
+
+@pytest.mark.parametrize(
+    ("push", "home", "why"),
+    [
+        (0.1, 0.5, "the one shown first succeeds most often"),
+        (0.0, 0.5, "nobody succeeds, and the one shown first is best in: robots at the source"),
+        (0.0, 0.0, "nobody succeeds, and the one shown first is best in: box pushing"),
+    ],
+)
+def test_it_says_why_who_is_shown_first(run: Path, push: float, home: float, why: str) -> None:
+    with Store.open(run) as store:
+        found = report_run.Run.of(store, 0, "run", lambda what: None)
+    points = [dataclasses.replace(point, push_rate=push, homing_rate=home) for point in found.points]
+    assert dataclasses.replace(found, points=points, opened=points[0], tests=None).first_shown == why
 
 
 def test_only_so_many_replays_the_best_first(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -99,7 +99,7 @@ def _tiles(run: Run) -> Iterator[Tile]:
     beside = [f"{text.words(name)} {text.number(value)}" for name, value in best.objectives.items() if name != first]
     aside = ", ".join([f"individual {best.genome}", *beside])
     if summary.measures.rates:
-        name, rate = _success(run, run.opened)
+        name, rate = run.rates(run.opened)[0]
         yield Tile(
             name, text.percent(rate), f"individual {run.opened.genome}, {text.count(run.opened.episodes, 'episode')}"
         )
@@ -109,16 +109,6 @@ def _tiles(run: Run) -> Iterator[Tile]:
     yield Tile("hypervolume", text.number(max(volumes)), f"best of {text.count(len(volumes), 'trial')}")
     aside = f"in {text.duration(cost.seconds)}: {text.speed(cost)}"
     yield Tile("simulated", text.duration(cost.simulated_seconds), aside)
-
-
-def _success(run: Run, point: FrontPoint) -> tuple[str, float]:
-    """Return name and rate of the success that matters most in the task."""
-    measures = run.summary.measures
-    if measures.push:
-        return text.delivery(run.scene), point.push_rate
-    if measures.successes:
-        return text.success(measures.successes[0]), point.success_rates[measures.successes[0].name]
-    return run.homing, point.homing_rate
 
 
 # ---- figures ---------------------------------------------------------------------------------------------------------

@@ -91,6 +91,29 @@ class Run:
         """Which robots have homed in on something; empty: there is nothing to home in on."""
         return text.homing(layout.homing_emitters(self.scene))
 
+    def rates(self, point: FrontPoint) -> list[tuple[str, float]]:
+        """Return names and rates of a point's success, in the order of ``measures.rates``: the first matters most."""
+        measures = self.summary.measures
+        return [
+            *([(text.delivery(self.scene), point.push_rate)] if measures.push else []),
+            *((text.success(one), point.success_rates[one.name]) for one in measures.successes),
+            *([(self.homing, point.homing_rate)] if measures.homing else []),
+        ]
+
+    @property
+    def first_shown(self) -> str:
+        """Why the page opens on whom it does; empty: nothing in the task is a success."""
+        rates = [max(self.rates(point)[k][1] for point in self.points) for k, _ in enumerate(self.rates(self.opened))]
+        if not rates:
+            return ""
+        names = self.summary.measures.rates
+        tests = [one for tested in (self.tests.controllers if self.tests else []) for one in tested.outcomes]
+        if rates[0] > 0 or any(one.rate(names[0]) > 0 for one in tests):
+            return "the one shown first succeeds most often"
+        reached = [name for (name, _), rate in zip(self.rates(self.opened), rates, strict=True) if rate > 0]
+        best = [*reached, text.words(self.summary.objectives[0].name)][0]
+        return f"nobody succeeds, and the one shown first is best in: {best}"
+
     def tested(self, point: FrontPoint) -> Tested | None:
         """Return what the tests say of a point, if it was tested."""
         controllers = self.tests.controllers if self.tests else []
