@@ -83,6 +83,20 @@ def test_a_third_objective_is_said_not_to_be_drawn(browser: Browser, tmp_path: P
 
 
 @pytest.mark.parametrize(
+    ("shares", "told"),
+    [((0.04, 0.0), "none in 5% of the robots or more"), ((0.04, 0.3), "circling together 30%")],
+)
+def test_a_points_other_behaviours(run: Path, shares: tuple[float, float], told: str) -> None:
+    with Store.open(run) as store:
+        found = report_run.Run.of(store, 0, "run", lambda what: None)
+        assert found.tests is not None
+        behaviours = dict(zip(("static near a wall", "circling together"), shares, strict=True))
+        controllers = [dataclasses.replace(one, behaviours=behaviours) for one in found.tests.controllers]
+        found = dataclasses.replace(found, tests=dataclasses.replace(found.tests, controllers=controllers))
+        assert dict(report_run._facts(store, found, found.opened))["other behaviours in fresh tests"] == told
+
+
+@pytest.mark.parametrize(
     ("push", "home", "why"),
     [
         (0.1, 0.5, "the one shown first succeeds most often"),

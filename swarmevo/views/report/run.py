@@ -187,5 +187,6 @@ def _facts(store: Store, run: Run, point: FrontPoint) -> list[tuple[str, str]]:
             facts.append((f"{text.words(first)} in fresh tests", text.number(tested.tested[first])))
         shown = [f"{label} {text.percent(share)}" for label, share in tested.behaviours.items() if share >= _RARE]
         if tested.behaviours:
-            facts.append(("robots in fresh tests", ", ".join(shown) or "no behaviour with a name"))
+            rare = f"none in {text.percent(_RARE)} of the robots or more"
+            facts.append(("other behaviours in fresh tests", ", ".join(shown) or rare))
     return facts
