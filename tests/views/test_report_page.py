@@ -14,7 +14,9 @@ from playwright.sync_api import Browser, Page
 import browser as browsers
 import small_runs
 from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis.following import Following
 from swarmevo.runs.store import Store
+from swarmevo.views.dashboard import facts as dashboard_facts
 from swarmevo.views.report import page as report
 
 
@@ -114,6 +116,20 @@ def test_it_opens_on_the_most_successful(run: Path, opened: Page) -> None:
     assert f"individual {best.genome}, " in tile
     assert tile.startswith("box at the wall")
     assert f"Paths of individual {best.genome} " in opened.content()
+
+
+def test_an_objective_has_one_name(run: Path, page: Page) -> None:
+    """In the table, on the stage and its plot, in the tile, and in the dashboard's."""
+    names = page.evaluate("swarmevoReport[0].run.objectives.map(({ name }) => name)")
+    assert page.locator(".means tbody th").all_inner_texts()[: len(names)] == names
+    assert page.locator(".sw-facts dt").all_inner_texts()[: len(names)] == names
+    assert page.locator(".sw-plot-title").first.inner_text() == f"{names[0]} now"
+    tile = f"best mean {names[0]}"
+    assert tile in page.locator(".tile dt").all_inner_texts()
+    following = Following(run)
+    following.look()
+    following.take(10**9)
+    assert tile in [name for name, _, _ in dashboard_facts.detail("", "", following)["tiles"]]
 
 
 def test_means_and_one_episode_s_values_have_their_names(page: Page) -> None:

@@ -113,7 +113,7 @@ def _tiles(run: Following) -> Iterator[tuple[str, str, str]]:
         first, fronts = run.objectives[0], [front for front in run.fronts if front]
         sign = 1 if first.is_maximised else -1
         best = max((one for front in fronts for one in front), key=lambda one: sign * one.values[0])
-        yield f"best {text.words(first.name)}", text.number(best.values[0]), f"individual {best.genome}"
+        yield f"best mean {text.words(first.name)}", text.number(best.values[0]), f"individual {best.genome}"
         volumes = [trial[-1].hypervolume for trial in steps]
         yield "hypervolume", text.number(max(volumes)), f"best of {text.count(len(volumes), 'trial')}"
         yield "front", text.count(len(run.global_front()), "point"), f"over {text.count(len(steps), 'trial')}"

@@ -104,7 +104,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
         },
         "unit": {"position": span / _LARGEST, "heading": math.pi / _LARGEST, "gap": 2 * span / _LARGEST},
         "terms": list(recording.terms),
-        "explained": f"F{recording.explained + 1}" if recording.terms else "",
+        "explained": text.words(recording.objectives[recording.explained].name) if recording.terms else "",
         "scene": scene.packed(config),
     }
 
@@ -157,10 +157,8 @@ def facts(recording: Recording) -> list[tuple[str, str]]:
     home = np.sort(telemetry.homing_time[0][~np.isnan(telemetry.homing_time[0])])
     robots = recording.config.team.robots
     said = [
-        (f"F{number}, {text.words(objective.name)}", text.number(value))
-        for number, (objective, value) in enumerate(
-            zip(recording.objectives, recording.values[0].tolist(), strict=True), start=1
-        )
+        (text.words(objective.name), text.number(value))
+        for objective, value in zip(recording.objectives, recording.values[0].tolist(), strict=True)
     ]
     if recording.complexity not in recording.values[0]:  # else an objective tells it
         said.append(("hidden neurons", f"{recording.complexity:g}"))

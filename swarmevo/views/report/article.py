@@ -17,7 +17,6 @@ from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.errors import EvaluationError
 from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
-from swarmevo.simulation import layout
 from swarmevo.views import figures, html, text
 from swarmevo.views.report import tables
 from swarmevo.views.report.run import Run
@@ -164,9 +163,7 @@ def _behaviour(store: Store, run: Run) -> tuple[list[Figure], str]:
     paths = _figure(
         figures.paths(seen, width=figures.SCREEN), f"Paths of individual {best} in a fresh test (the paper's Fig. 5)."
     )
-    pushed = "the box" if layout.has_one_box(run.scene) else "what they push"
-    outlines = f" Outlines: {pushed} at the end of each test." if run.scene.movables else ""
-    occupancy = _figure(figures.occupancy(seen, width=figures.SCREEN), f"Where its robots spend their time.{outlines}")
+    occupancy = _figure(figures.occupancy(seen, width=figures.SCREEN), "Where its robots spend their time.")
     return [paths, occupancy], ""
 
 
