@@ -192,6 +192,18 @@ def test_report_prints_its_path(run: Path, tmp_path: Path, capsys: pytest.Captur
     assert "Hypervolume over the generations: each run" in text
 
 
+def test_runs_that_share_their_objectives_are_overlaid(run: Path, tmp_path: Path) -> None:
+    """Who shares them with nobody is named; so are the others, for there is one who is left out."""
+    other = small_runs.make(tmp_path / "other", "fitness=box_pushing")
+    shutil.copytree(run, tmp_path / "same")
+    text = report.page([run, other, tmp_path / "same"])
+    assert "The global fronts of a &lt;b&gt;run, same." in text
+    assert "Not in these charts, for no other run has their objectives: other." in text
+    text = report.page([run, other])
+    assert "The runs have different objectives" in text
+    assert "The global fronts of" not in text
+
+
 def test_several_runs_need_a_file(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = command(capsys, "report", run, run)
     assert (code, out) == (2, "")

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from markupsafe import Markup
 from swarmevo.analysis import assessment
 from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.errors import EvaluationError
+from swarmevo.protocols import Objective
 from swarmevo.runs.folder import CONFIG_FILE
 from swarmevo.runs.store import Store
 from swarmevo.views import figures, html, text
@@ -113,16 +114,24 @@ def _tiles(run: Run) -> Iterator[Tile]:
 # ---- figures ---------------------------------------------------------------------------------------------------------
 
 
-def overlays(runs: Mapping[str, Path]) -> list[Figure]:
-    """Return the fronts and the hypervolume of several runs in one figure each; none: their objectives differ."""
-    try:
-        fronts, volumes = figures.fronts_of_runs(runs, width=6.2), figures.hypervolume_of_runs(runs, width=6.2)
-    except ValueError:
-        return []
-    return [
-        _figure(fronts, "The global fronts of the runs."),
-        _figure(volumes, "Hypervolume over the generations: each run's median, and, thin, its trials."),
-    ]
+def overlays(runs: Sequence[tuple[Run, Path]]) -> tuple[list[Figure], list[str]]:
+    """Return fronts and hypervolumes of those runs that share their objectives, and the names of the others."""
+    groups: list[tuple[list[Objective], dict[str, Path]]] = []
+    for run, folder in runs:
+        same = next((group for objectives, group in groups if objectives == run.summary.objectives), None)
+        if same is None:
+            groups.append((run.summary.objectives, {run.name: folder}))
+        else:
+            same[run.name] = folder
+    made: list[Figure] = []
+    for _, group in groups:
+        if len(group) > 1:
+            whose = "the runs" if len(groups) == 1 else ", ".join(group)
+            fronts, volumes = figures.fronts_of_runs(group, width=6.2), figures.hypervolume_of_runs(group, width=6.2)
+            made.append(_figure(fronts, f"The global fronts of {whose}."))
+            caption = "Hypervolume over the generations: each run's median, and, thin, its trials."
+            made.append(_figure(volumes, caption))
+    return made, [name for _, group in groups if len(group) == 1 for name in group]
 
 
 def _figure(picture: figures.Picture, caption: str) -> Figure:

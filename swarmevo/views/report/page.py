@@ -74,10 +74,12 @@ def page(folders: Sequence[Path], observe: Callable[[str], None] = lambda what: 
             observe(f"{run.name}: figures")
             articles.append(article(store, run))
             embedded.append(data(store, run))
-    runs = dict(zip((shown.run.name for shown in articles), folders, strict=True))
+    runs = [(shown.run, folder) for shown, folder in zip(articles, folders, strict=True)]
+    overlaid, alone = overlays(runs) if len(runs) > 1 else ([], [])
     return html.render(
         "report/page.html.jinja",
-        overlays=overlays(runs) if len(runs) > 1 else [],
+        overlays=overlaid,
+        alone=alone,
         title=f"{', '.join(shown.run.name for shown in articles)} · swarmevo",
         player=replay_page.player(),
         style=html.asset(_PACKAGE, "report.css"),
