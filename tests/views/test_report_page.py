@@ -269,6 +269,13 @@ def test_axe_finds_nothing_serious(page: Page, scheme: str) -> None:
     assert serious == []
 
 
+def test_axe_finds_nothing_in_a_page_of_several_runs(browser: Browser, run: Path, tmp_path: Path) -> None:
+    with browsers.watch(browser) as watched:
+        page = watched.open(report.write([run, run], tmp_path / "report.html"))
+        page.evaluate("for (const details of document.querySelectorAll('details')) details.open = true")
+        assert [(one["id"], one["nodes"]) for one in Axe().run(page).response["violations"]] == []
+
+
 def test_axe_would_find_what_is_serious(browser: Browser) -> None:
     with browsers.watch(browser) as watched:
         watched.page.set_content("<main><button></button></main>")
