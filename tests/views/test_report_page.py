@@ -107,6 +107,18 @@ def test_all_rows_and_a_network_at_work_are_seen_and_no_panel_scrolls(
         assert watched.errors == []
 
 
+@pytest.mark.parametrize("width", [1440, 1024, 390])
+def test_a_network_can_be_read_and_has_something_beside_it(browser: Browser, file: Path, width: int) -> None:
+    with browsers.watch(browser, width, 900) as watched:
+        page = watched.open(file)
+        wide, units = page.locator(".network svg").evaluate("(svg) => [svg.clientWidth, svg.viewBox.baseVal.width]")
+        assert 8 * wide / units >= 9.5  # a letter's size, in pixels
+        network, tiles = page.locator(".network").bounding_box(), page.locator(".tiles").bounding_box()
+        assert network is not None
+        assert tiles is not None
+        assert (tiles["y"] == network["y"]) == (width > 390)
+
+
 def test_it_opens_on_the_most_successful(run: Path, opened: Page) -> None:
     with Store.open(run) as store:
         summary = fronts.summarise(store)

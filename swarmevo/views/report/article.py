@@ -142,7 +142,7 @@ def _networks(store: Store, run: Run) -> Iterator[tuple[FrontPoint, Markup]]:
     for point in run.points:
         with suppress(EvaluationError):  # the controller fails now: the point has no replay, and says why
             if figures.has_network(store.config, store.genome(point.genome)):
-                yield point, html.drawing(figures.svg(figures.network(store, point.genome, figures.SCREEN)))
+                yield point, html.drawing(figures.svg(figures.network(store, point.genome)))
 
 
 def _evolution(store: Store) -> Iterator[Figure]:
