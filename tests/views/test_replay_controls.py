@@ -159,6 +159,27 @@ def test_the_source_has_its_name_where_it_is(page: Page) -> None:
     assert box["y"] + box["height"] - view["y"] == pytest.approx(place[1], abs=1.5)
 
 
+def test_the_sources_name_covers_no_robot(page: Page) -> None:
+    """Above it where nobody is there, else beside it."""
+    scene = "swarmevo.player.stages[0].scene"
+    drawn(page)
+    places = []
+    for north in (-0.4, 0.43):  # the second one is behind the source, where its name stands else
+        page.evaluate(
+            f"{scene}.robots.forEach(({{ body }}, i) => body.position.set(0.001 * i, {north}, 0)); {scene}._face()"
+        )
+        label, view = page.locator(".sw-label").bounding_box(), page.locator(".sw-view").bounding_box()
+        assert label is not None
+        assert view is not None
+        x, y, radius = page.evaluate(f"{scene}._disc({scene}.robots[0].body.position)")
+        across = max(label["x"] - view["x"] - x, x - label["x"] - label["width"] + view["x"])
+        up = max(label["y"] - view["y"] - y, y - label["y"] - label["height"] + view["y"])
+        assert max(across, up) >= radius - 0.1
+        places.append(label["y"] - view["y"])
+    assert places[1] > places[0] + 5
+    page.evaluate("swarmevo.seek(6)")
+
+
 def test_robots_numbers_stand_upright(page: Page) -> None:
     for turn in (0.0, 1.0):
         page.evaluate(f"swarmevo.seek({3 + turn})")

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An episode in meshcat's viewer: robots and movables that move, trails, signals, light and camera.
 
-const LABEL_HEIGHT = 0.1; // of an emitter's name [m]
+const LABEL_HEIGHT = 0.1; // of an emitter's name above it [m]
+const LABEL_GAP = 14; // between a name and the emitter that it stands beside or below [pixels]
 const WAVE_SECONDS = 2.4; // from the emitter to the end of its range
 const GREYEST = 0.15; // share of the floor's light that the blackest patch keeps: shadows are seen on it
 
@@ -269,12 +270,35 @@ class Scene {
   /** Before each frame: labels are where their emitters are, and robots' numbers stand upright. */
   _face() {
     if (!this.track) return;
+    const robots = this.robots.map(({ body }) => this._disc(body.position)).filter(Boolean);
     this.emitters.forEach(({ node, label }) => {
-      const place = this.camera.project(node.position.x, node.position.y, LABEL_HEIGHT);
+      const place = this._beside(node.position, label, robots);
       label.hidden = !place;
-      if (place) label.style.transform = `translate(-50%, -100%) translate(${place.map((value) => `${value.toFixed(1)}px`).join(",")})`;
+      if (place) label.style.transform = `translate(${place.map((value) => `${value.toFixed(1)}px`).join(",")})`;
     });
     for (const { body, number } of this.robots) number.rotation.set(0, 0, this.camera.turn - body.rotation.z);
+  }
+
+  /** Return where in the view a robot is, and how large: x, y, radius [pixels]; null: nowhere. */
+  _disc({ x, y }) {
+    const { radius, height } = this.track.episode.robot;
+    const [middle, side] = [this.camera.project(x, y, height / 2), this.camera.project(x + radius, y, height / 2)];
+    return middle && side && [...middle, Math.hypot(side[0] - middle[0], side[1] - middle[1])];
+  }
+
+  /** Return where a label's corner is to be: above its emitter, or, if it covers a robot there, where it covers none. */
+  _beside({ x, y }, label, robots) {
+    const [above, foot] = [this.camera.project(x, y, LABEL_HEIGHT), this.camera.project(x, y, 0)];
+    if (!above || !foot) return null;
+    const [width, height, middle] = [label.offsetWidth, label.offsetHeight, (above[1] + foot[1]) / 2];
+    const corners = [
+      [above[0] - width / 2, above[1] - height],
+      [above[0] + LABEL_GAP, middle - height / 2],
+      [above[0] - LABEL_GAP - width, middle - height / 2],
+      [foot[0] - width / 2, foot[1] + LABEL_GAP],
+    ];
+    const isFree = ([left, top]) => robots.every(([cx, cy, r]) => cx + r < left || cx - r > left + width || cy + r < top || cy - r > top + height);
+    return corners.find(isFree) || corners[0];
   }
 
   _fill() {
