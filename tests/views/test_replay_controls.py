@@ -215,6 +215,17 @@ def test_toggles_show_and_hide(page: Page) -> None:
     page.keyboard.press("Escape")
 
 
+def test_beside_a_narrow_scene_a_network_leaves_the_plots_their_width(page: Page) -> None:
+    page.evaluate("swarmevo.player.view.network = true; swarmevo.player._apply()")
+    for drawing in page.locator(".sw-plot svg, .sw-network svg").all():
+        assert drawing.evaluate("(svg) => svg.clientWidth") >= 200
+    legend, view = page.locator(".sw-legend").bounding_box(), page.locator(".sw-view").bounding_box()
+    assert legend is not None
+    assert view is not None
+    assert legend["y"] >= view["y"] + view["height"]  # not on the arena
+    page.evaluate("swarmevo.player.view.network = false; swarmevo.player._apply()")
+
+
 def test_the_network_shows_what_it_did(page: Page, film: Recording) -> None:
     page.locator(".sw-menu summary").click()
     page.locator(".sw-panel label", has_text="network").click()
