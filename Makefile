@@ -10,8 +10,8 @@
 #   make sanitize  the native tests under address and undefined-behaviour sanitizers, those of threads under the thread one
 #   make fuzz      the C interface under libFuzzer and sanitizers, the readers under hypothesis; FUZZ_SECONDS=20
 #   make fuzz-native  the first half of it
-#   make wheel     dist/swarmevo-...whl with ODE inside, for any Linux on x86-64 since glibc 2.17
-#   make test-wheel  install it where there is no ODE, and hold it against the build here
+#   make wheel     dist/swarmevo-...whl with ODE inside, for any Linux on x86-64 since glibc 2.17, and that of swarmevo-rivals
+#   make test-wheel  install them where there is no ODE, and hold them against the build here
 #   make validation  measure the physics and write docs/validation.md; half an hour
 #   make docs      docs/configuration.md, commands.md, channels.md and episodes.md from the code, then all pages as HTML in build/docs
 SHELL := /bin/bash

@@ -3,7 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 from swarmevo.cli.common import FAILED, app, examples
+
+if TYPE_CHECKING:
+    from swarmevo.views.doctor import Finding
 
 
 @app.command(epilog=examples("swarmevo doctor"))
@@ -12,7 +18,20 @@ def doctor() -> None:
     from swarmevo.views import console
     from swarmevo.views.doctor import examine
 
-    findings = examine()
+    findings = [*examine(), *_rivals()]
     console.show_findings(findings)
     if any(finding.advice and finding.is_fault for finding in findings):
         raise SystemExit(FAILED)
+
+
+def _rivals() -> Iterator[Finding]:
+    """Look for the configurations that come with swarmevo whose optimiser does not."""
+    from swarmevo import plugins
+    from swarmevo.config import load, packaged
+    from swarmevo.views.doctor import Finding
+
+    installed = {entry.name for entry in plugins.discover() if entry.kind == "optimiser"}
+    for name in packaged():
+        for lacking in sorted(plugins.RIVALS.intersection(load(name).optimiser) - installed):
+            text = f"optimiser.{lacking} of swarmevo-rivals is not installed"
+            yield Finding(f"configuration {name}", text, plugins.INSTALL_RIVALS, is_fault=False)

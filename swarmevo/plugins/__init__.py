@@ -5,6 +5,8 @@ from swarmevo.errors import PluginError
 from swarmevo.plugins.options import HOST_PARAMETERS, OFFERED_PARAMETERS, Factory
 from swarmevo.plugins.registry import (
     GROUPS,
+    INSTALL_RIVALS,
+    RIVALS,
     PluginEntry,
     Report,
     check,
@@ -21,7 +23,9 @@ from swarmevo.plugins.registry import (
 __all__ = [
     "GROUPS",
     "HOST_PARAMETERS",
+    "INSTALL_RIVALS",
     "OFFERED_PARAMETERS",
+    "RIVALS",
     "Factory",
     "PluginEntry",
     "PluginError",

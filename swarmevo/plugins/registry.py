@@ -11,7 +11,7 @@ import inspect
 import os
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -49,6 +49,12 @@ GROUPS = {
 """Entry-point group of each kind of plugin that a configuration names."""
 _ALL_GROUPS = {**GROUPS, "tracker": "swarmevo.trackers"}
 """Of those that decide nothing, too."""
+
+RIVALS = frozenset(
+    {"cma", "cma_mae", "como_cma", "gde3", "map_elites", "moead", "nsga2", "nsga3", "random", "sms_emoa"}
+)
+"""The optimisers of swarmevo-rivals, which may not be installed."""
+INSTALL_RIVALS = "pip install swarmevo_rivals-*.whl, or plugins/swarmevo_rivals of a checkout"
 
 _PROTOCOLS: dict[str, tuple[type, ...]] = {
     "controller": (NativeController, PythonController),
@@ -149,18 +155,21 @@ def find(kind: str, name: str) -> PluginEntry:
     Raises:
         PluginError: There is none, or more than one.
     """
-    matches = _named(name, [entry for entry in discover() if entry.kind == kind], f"{kind}.{name}")
+    entries = [entry for entry in discover() if entry.kind == kind]
+    matches = _named(name, entries, f"{kind}.{name}", RIVALS if kind == "optimiser" else frozenset())
     if len(matches) > 1:
         owners = " and ".join(entry.origin for entry in matches)
         raise PluginError(f"{kind}.{name}: expected one distribution with this plugin, got {owners}; uninstall one")
     return matches[0]
 
 
-def _named(name: str, entries: Sequence[PluginEntry], place: str) -> list[PluginEntry]:
+def _named(name: str, entries: Sequence[PluginEntry], place: str, rivals: Set[str]) -> list[PluginEntry]:
     matches = [entry for entry in entries if entry.name == name]
+    if not matches and name in rivals:
+        raise PluginError(f"{place}: it is a plugin of swarmevo-rivals, which is not installed; {INSTALL_RIVALS}")
     if not matches:
         known = sorted({entry.name for entry in entries})
-        hint = did_you_mean(name, known) or f"; installed: {', '.join(known) or 'none'}"
+        hint = did_you_mean(name, {*known, *rivals}) or f"; installed: {', '.join(known) or 'none'}"
         raise PluginError(f"{place}: no such plugin{hint}")
     return matches
 
@@ -191,7 +200,7 @@ def check(name: str) -> list[Report]:
     Raises:
         PluginError: There is none.
     """
-    return [_report(entry) for entry in _named(name, discover(), name)]
+    return [_report(entry) for entry in _named(name, discover(), name, RIVALS)]
 
 
 # ---- making ----------------------------------------------------------------------------------------------------------

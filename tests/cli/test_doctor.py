@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from cli.conftest import Swarmevo
@@ -30,3 +32,16 @@ def test_doctor_says_what_to_do(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyP
     assert "FAIL  ODE: SimulatorError: the assertion was not caught" in done.out
     assert "FAIL  optimiser pde: not installed" in done.out
     assert "what to do: reinstall swarmevo" in done.out
+
+
+def test_doctor_says_which_configurations_want_the_rivals(swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = [entry for entry in plugins.discover() if entry.distribution != "swarmevo-rivals"]
+    monkeypatch.setattr(plugins, "discover", lambda: own)
+    done = swarmevo_("doctor")
+    lines = done.out.splitlines()
+    told = {line: advice for line, advice in pairwise(lines) if "  configuration " in line}
+    lacking, install = "optimiser.cma of swarmevo-rivals is not installed", plugins.INSTALL_RIVALS
+    assert done.code == 0
+    assert told == {
+        f"warn  configuration {name}: {lacking}": f"      what to do: {install}" for name in ("best", "robust")
+    }

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ import pytest
 from swarmevo import config, plugins
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError, PluginError
+from swarmevo.plugins import registry
 from swarmevo.protocols import Block, GenomeSpace
 
+ROOT = Path(__file__).parents[2]
 Install = Callable[..., Path]
 SPACE = GenomeSpace((Block("weights", (3,)),))
 
@@ -74,6 +77,28 @@ def test_an_unknown_name() -> None:
         make("pdee")
     with pytest.raises(PluginError, match=r"^optimiser\.xyz: no such plugin; installed: .*pde"):
         make("xyz")
+
+
+def test_the_optimisers_of_swarmevo_rivals_are_known() -> None:
+    project = tomllib.loads((ROOT / "plugins/swarmevo_rivals/pyproject.toml").read_text())["project"]
+    assert list(project["entry-points"]) == ["swarmevo.optimisers"]
+    assert set(project["entry-points"]["swarmevo.optimisers"]) == plugins.RIVALS
+    assert project["name"] == "swarmevo-rivals"
+
+
+def test_what_is_not_installed_says_what_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = [entry for entry in plugins.discover() if entry.distribution != "swarmevo-rivals"]
+    monkeypatch.setattr(registry, "discover", lambda: own)
+    what = "it is a plugin of swarmevo-rivals, which is not installed; pip install swarmevo_rivals-"
+    for name in sorted(plugins.RIVALS):
+        with pytest.raises(PluginError, match=rf"^optimiser\.{name}: {what}"):
+            make(name)
+    with pytest.raises(PluginError, match=rf"^cma: {what}"):
+        plugins.check("cma")
+    with pytest.raises(PluginError, match=r"^optimiser\.nsga: no such plugin; did you mean nsga[23]\?$"):
+        make("nsga")
+    with pytest.raises(PluginError, match=r"^controller\.cma: no such plugin; installed: "):
+        plugins.create("controller", "cma", {})
 
 
 def test_two_distributions_with_one_name_clash_only_when_chosen(distribution: Install) -> None:

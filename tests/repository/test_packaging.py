@@ -45,3 +45,13 @@ def test_ci_builds_the_wheel_and_tries_it() -> None:
     check = (ROOT / "packaging/manylinux/check").read_text()
     for line in ('"$own" doctor', '"$own" verify system', 'evolve "$own" quick', '"$bin/swarmevo" verify own'):
         assert line in check
+
+
+def test_the_wheel_of_swarmevo_rivals_is_built_beside_it_and_tried_with_it() -> None:
+    """What best.yaml needs: without it the README's result cannot be made."""
+    build, makefile = (ROOT / "packaging/manylinux/build").read_text(), (ROOT / "Makefile").read_text()
+    assert re.search(r'pip" wheel .* -w "\$dist" "\$root/plugins/swarmevo_rivals"$', build, re.MULTILINE)
+    assert re.search(r"^\tpackaging/manylinux/check .* dist/\*\.whl$", makefile, re.MULTILINE)
+    check = (ROOT / "packaging/manylinux/check").read_text()
+    for line in ('"${wheels[@]}"', 'evolve "$own" best own-best', '"$bin/swarmevo" verify own-best'):
+        assert line in check
