@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 
 from cli.conftest import Swarmevo
 from swarmevo.views import console
+
+GLOSSARY = Path(__file__).parents[2] / "docs" / "glossary.md"
 
 
 def test_show_as_json(swarmevo_: Swarmevo) -> None:
@@ -23,6 +26,24 @@ def test_show_as_json(swarmevo_: Swarmevo) -> None:
     assert all(step["hypervolume"] >= 0 for trial in summary["trials"] for step in trial["history"])
     assert set(summary["front"][0]["objectives"]) == {"box_pushing", "hidden_neurons"}
     assert summary["cost"]["episodes"] == 16
+
+
+def test_the_hypervolume_is_what_the_glossary_says(swarmevo_: Swarmevo) -> None:
+    """Held against the area of two objectives by hand; compare and sweep have tests of their own."""
+    (told,) = re.findall(r"^\*\*hypervolume\*\*\n: (.*?)\n\n", GLOSSARY.read_text(), re.MULTILINE | re.DOTALL)
+    assert "`swarmevo show`, `report` and `dashboard` give it in the objectives' own units, `swarmevo compare`" in told
+    swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
+    summary = json.loads(swarmevo_("show", "run", "--json").out)
+    first, second = summary["objectives"]
+    assert (first["direction"], second["direction"]) == ("maximise", "minimise")
+    for trial in summary["trials"]:
+        points = [list(point["objectives"].values()) for point in trial["front"]]
+        area, best = 0.0, first["range"][0]
+        for gain, size in sorted(points, key=lambda point: (point[1], -point[0])):
+            area += max(gain - best, 0.0) * (second["range"][1] - size)
+            best = max(gain, best)
+        assert trial["history"][-1]["hypervolume"] == pytest.approx(area)
+        assert area > 1.0  # no share
 
 
 def test_show_of_what_is_no_run(swarmevo_: Swarmevo) -> None:
