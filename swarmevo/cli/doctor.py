@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -18,10 +19,22 @@ def doctor() -> None:
     from swarmevo.views import console
     from swarmevo.views.doctor import examine
 
-    findings = [*examine(), *_rivals()]
+    findings = [*map(_excused, examine()), *_rivals()]
     console.show_findings(findings)
     if any(finding.advice and finding.is_fault for finding in findings):
         raise SystemExit(FAILED)
+
+
+def _excused(finding: Finding) -> Finding:
+    """Return the finding on a plugin that wants another library as no fault: its distribution can do without."""
+    from swarmevo import plugins
+
+    kind, _, name = finding.subject.partition(" ")
+    if not finding.advice or kind not in plugins.GROUPS:
+        return finding
+    if not any(report.lacks_library for report in plugins.check(name) if report.entry.kind == kind):
+        return finding
+    return dataclasses.replace(finding, advice=f"if you want {name}, install what it needs", is_fault=False)
 
 
 def _rivals() -> Iterator[Finding]:

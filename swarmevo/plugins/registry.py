@@ -113,6 +113,8 @@ class Report:
     """One line; None: nothing is wrong."""
     elsewhere: str | None = None
     """Why a sound plugin is not for the default world, as one line; None: it is."""
+    lacks_library: bool = False
+    """Its factory asks for a library that is not installed."""
 
 
 # ---- finding ---------------------------------------------------------------------------------------------------------
@@ -341,7 +343,7 @@ def _make(entry: PluginEntry, factory: Factory, options: Mapping[str, Any], *arg
 
 def _report(entry: PluginEntry) -> Report:
     options: tuple[str, ...] = ()
-    elsewhere = None
+    elsewhere, lacks_library = None, False
     try:
         factory = load(entry)
         known = options_of(entry.kind, factory) or [] if entry.kind in GROUPS else []
@@ -352,13 +354,14 @@ def _report(entry: PluginEntry) -> Report:
             try:
                 _make(entry, factory, {}, *host, **offered)
             except PluginError as error:
+                lacks_library = isinstance(error.__cause__, ImportError)
                 if "scene" not in offered or not isinstance(error.__cause__, ValueError):
                     raise
                 elsewhere = _reason(error.__cause__)  # it knows which worlds it is for
         find(entry.kind, entry.name)
         return Report(entry, options, None, elsewhere)
     except PluginError as error:
-        return Report(entry, options, str(error))
+        return Report(entry, options, str(error), lacks_library=lacks_library)
 
 
 # ---- what is wrong ---------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from cli.conftest import Swarmevo
+from conftest import Distribution
 from swarmevo import plugins, simulation
 from swarmevo.views import doctor
 
@@ -45,3 +46,20 @@ def test_doctor_says_which_configurations_want_the_rivals(swarmevo_: Swarmevo, m
     assert told == {
         f"warn  configuration {name}: {lacking}": f"      what to do: {install}" for name in ("best", "robust")
     }
+
+
+def test_a_plugin_that_wants_a_library_more_is_no_fault(swarmevo_: Swarmevo, distribution: Distribution) -> None:
+    """As cma_mae where swarmevo-rivals was installed without pyribs."""
+    source = """
+        class Choosy:
+            def __init__(self, space, population, objectives, rng):
+                raise ImportError("choosy needs pychoosy: pip install 'choosers[more]'")
+    """
+    distribution("choosers", "1", {"swarmevo.optimisers": {"choosy": "choosy:Choosy"}}, choosy=source)
+    done = swarmevo_("doctor")
+    lines = done.out.splitlines()
+    (line,) = [line for line in lines if "optimiser choosy" in line]
+    assert done.code == 0
+    assert line.startswith("warn  optimiser choosy: optimiser.choosy: ImportError: choosy needs pychoosy: pip install ")
+    assert lines[lines.index(line) + 1] == "      what to do: if you want choosy, install what it needs"
+    assert swarmevo_("plugins", "check", "choosy").code == 1
