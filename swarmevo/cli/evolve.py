@@ -25,6 +25,7 @@ from swarmevo.cli.common import (
     without_effect,
     worker_count,
 )
+from swarmevo.cli.usage import listing
 
 if TYPE_CHECKING:
     from swarmevo.config import Config
@@ -223,9 +224,13 @@ def _say_what_next(folder: Path) -> None:
     """Print the commands that a finished run is looked at with."""
     run = shlex.quote(str(folder))
     say("next:")
-    say(f"  swarmevo report {run}      its front and its replays as a page to open")
-    say(f"  swarmevo replay {run}      the most successful of its front in 3-D")
-    say(f"  swarmevo test {run}      its front on fresh seeds, for these values are a little too good")
+    rows = [
+        (f"swarmevo report {run}", "its front and its replays as a page to open"),
+        (f"swarmevo replay {run}", "the most successful of its front in 3-D"),
+        (f"swarmevo test {run}", "its front on fresh seeds; those above are a bit too good"),
+    ]
+    for line in listing(rows):
+        say(line)
 
 
 def check_scheduler(scheduler: str) -> None:

@@ -8,8 +8,11 @@ from typing import Annotated
 import typer
 
 from swarmevo.cli.common import FAILED, USAGE, app, examples, exit_with
+from swarmevo.cli.usage import Family, Verb
 
-plugins_app = typer.Typer(rich_markup_mode=None, epilog=examples("swarmevo plugins", "swarmevo plugins check pde"))
+plugins_app = typer.Typer(
+    cls=Family, rich_markup_mode=None, epilog=examples("swarmevo plugins", "swarmevo plugins check pde")
+)
 app.add_typer(plugins_app, name="plugins")
 
 
@@ -23,7 +26,7 @@ def list_plugins(context: typer.Context) -> None:
         console.show_plugins(plugins.discover())
 
 
-@plugins_app.command("check", epilog=examples("swarmevo plugins check pde"))
+@plugins_app.command("check", cls=Verb, epilog=examples("swarmevo plugins check pde"))
 def check_plugin(name: Annotated[str, typer.Argument(metavar="NAME", help="The plugin's name.")]) -> None:
     """Load a plugin, make it with its defaults, in the default world, and print its options."""
     from swarmevo import plugins

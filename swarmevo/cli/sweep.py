@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @app.command(
     epilog=examples(
-        "swarmevo sweep paper --grid optimiser.pde.mutation_rate=0.01,0.1 team.robots=3,5 --seeds 1-10 --out rates",
+        "swarmevo sweep paper --grid noise.infrared=0,0.1 team.robots=3,5 --seeds 1-10 --out noise",
         "swarmevo sweep my.yaml --grid optimiser=pde,cma --set evolution.trials=1 --dry-run",
     )
 )

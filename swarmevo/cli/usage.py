@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How commands tell what they are for, and refuse what they were not made for: in one style, one line."""
+"""How commands tell what they are for, and refuse what they were not made for: in one style, whatever the width.
+
+Help is laid out here, for typer has no less than 50 columns, cuts the list of commands, and shows types of Python.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+import shutil
+import textwrap
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
@@ -18,13 +24,97 @@ USAGE = 2
 UsageError: Any = typer.BadParameter.__mro__[1]
 """Its home differs between versions of typer."""
 
+_WIDEST, _NARROWEST = 80, 30  # columns
+_Formatter: Any = typer.Context.formatter_class
+
+
+# ---- help ------------------------------------------------------------------------------------------------------------
+
 
 def examples(*commands: str) -> str:
-    """Return command lines as the end of a help text, each on a line of its own whatever the width."""
-    return "\n".join(["\b", "Examples:", *(f"  {command}" for command in commands)])
+    """Return command lines as the end of a help text; what two spaces or more part from one is what it does."""
+    return "\n".join(["Examples:", *(f"  {command}" for command in commands)])
 
 
-class Program(TyperGroup):
+def columns() -> int:
+    """Return how long lines may be: as the terminal is wide, or 80 letters."""
+    return max(_NARROWEST, min(shutil.get_terminal_size().columns, _WIDEST))
+
+
+def listing(rows: Sequence[tuple[str, str]], indent: int = 2) -> list[str]:
+    """Return commands and what each does as lines: side by side where all of them fit, else below each other.
+
+    A command that is too long goes on in the next line, behind a backslash, as a shell reads it.
+    """
+    width, margin = columns(), " " * indent
+    longest = max(len(command) for command, _ in rows)
+    lines = [f"{margin}{command:<{longest}}  {what}".rstrip() for command, what in rows]
+    if all(len(line) <= width for line in lines):
+        return lines
+    lines = []
+    for command, what in rows:
+        parts = _broken(command, width - len(" \\"), margin)
+        lines += [f"{part} \\" for part in parts[:-1]] + parts[-1:]
+        lines += textwrap.wrap(what, width, initial_indent=f"{margin}    ", subsequent_indent=f"{margin}    ")
+    return lines
+
+
+def _broken(command: str, width: int, margin: str) -> list[str]:
+    """Return a command's lines; an option and its value stay together, and so does what is quoted."""
+    first, *others = re.findall(r"""(?:--\S+ (?!-))?(?:'[^']*'|"[^"]*"|\S)+""", command)
+    lines = [margin + first]
+    for words in others:
+        if len(lines[-1]) + 1 + len(words) <= width:
+            lines[-1] += f" {words}"
+        else:
+            lines.append(f"{margin}    {words}")
+    return lines
+
+
+class _Page(_Formatter):  # type: ignore[misc]  # Any
+    """A help text as wide as the terminal, whose left columns leave the right ones room."""
+
+    def __init__(self) -> None:
+        super().__init__(width=columns() - 2)
+
+    def write_dl(self, rows: Any, col_max: int = 30, col_spacing: int = 2) -> None:
+        """Write two columns."""
+        super().write_dl(rows, min(col_max, self.width // 2 - 9), col_spacing)
+
+
+class _Helpful:
+    """A command whose help is a :class:`_Page`."""
+
+    epilog: str | None
+    options_metavar: str | None
+    get_params: Any
+    format_help: Any
+
+    def get_help(self, ctx: Any) -> str:
+        """Return the help text."""
+        page = _Page()
+        self.format_help(ctx, page)
+        return str(page.getvalue()).rstrip("\n")
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the examples."""
+        head, *commands = (self.epilog or examples()).splitlines()
+        parted = [re.split(" {2,}", command.strip()) for command in commands]
+        lines = listing([(command, "".join(what)) for command, *what in parted], indent=4)
+        formatter.write("\n".join(["", f"  {head}", *lines, ""]))
+
+
+class Family(_Helpful, TyperGroup):
+    """A command that has commands."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write what each of them does."""
+        commands: Any = self.commands
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, _sentence(command.help)) for name, command in commands.items()])
+
+
+class Program(Family):
     """The command ``swarmevo``, whose usage errors look like all its other errors."""
 
     def make_context(self, *arguments: Any, **extra: Any) -> Any:
@@ -38,7 +128,7 @@ class Program(TyperGroup):
             return super().invoke(ctx)
 
 
-class Verb(TyperCommand):
+class Verb(_Helpful, TyperCommand):
     """A command each of whose options is given once, but for ``--set`` and what only switches something on."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -48,6 +138,31 @@ class Verb(TyperCommand):
             if given.count(option) > 1 and isinstance(option, TyperOption) and not (option.multiple or option.is_flag):
                 _exit(f"{option.opts[0]}: expected one value, got two; give it once")
         return super().parse_args(ctx, args)
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """Return the words of the usage line."""
+        places = [one.metavar if one.required else f"[{one.metavar}]" for one in self._arguments(ctx)]
+        return [self.options_metavar or "", *places]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the arguments and the options."""
+        if arguments := [(one.metavar, one.help or "") for one in self._arguments(ctx)]:
+            with formatter.section("Arguments"):
+                formatter.write_dl(arguments)
+        records = [one.get_help_record(ctx) for one in self.get_params(ctx) if one.param_type_name == "option"]
+        with formatter.section("Options"):
+            formatter.write_dl([record for record in records if record])
+
+    def _arguments(self, ctx: Any) -> list[Any]:
+        return [one for one in self.get_params(ctx) if one.param_type_name == "argument"]
+
+
+def _sentence(help_text: str) -> str:
+    """Return the first sentence."""
+    return re.split(r"(?<=\.)\s", " ".join(help_text.split()), maxsplit=1)[0]
+
+
+# ---- errors ----------------------------------------------------------------------------------------------------------
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import pkgutil
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -177,6 +178,44 @@ def test_a_help_text_tells_whole_sentences_and_has_examples(verb: str) -> None:
     helps = [one.help for one in command.params if one.help]
     assert [text for text in helps if not text.endswith(".") or not text[0].isupper()] == []
     assert f"  swarmevo {verb}" in command.epilog
+
+
+def every_command() -> dict[str, Any]:
+    """Return the program and each command, by what is typed for it."""
+    families = {"": get_command(cli.app), "plugins": verbs()["plugins"]}
+    own = {name: command for family in families.values() for name, command in family.commands.items()}
+    return {**families, **{"plugins check" if name == "check" else name: one for name, one in own.items()}}
+
+
+def shown(command: str, columns: int, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> str:
+    """Return a command's help on a terminal so wide."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    with pytest.raises(SystemExit):
+        cli.main([*command.split(), "--help"])
+    return str(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("columns", [40, 80])
+@pytest.mark.parametrize("command", every_command())
+def test_help_fits_the_terminal(command: str, columns: int, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    help_text = shown(command, columns, monkeypatch, capsys)
+    assert [line for line in help_text.splitlines() if len(line) > columns] == []
+    typed = re.sub(r" \\\n +", " ", help_text.partition("Examples:\n")[2])
+    examples = [re.split(" {2,}", line.strip())[0] for line in every_command()[command].epilog.splitlines()[1:]]
+    assert all(re.search(rf"^    {re.escape(one)}( {{2}}|$)", typed, re.MULTILINE) for one in examples)
+
+
+def test_help_has_no_types_of_python(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    helps = {command: shown(command, 80, monkeypatch, capsys) for command in every_command()}
+    assert [command for command, help_text in helps.items() if re.search("<(?!=)|Path|[{}]", help_text)] == []
+    assert helps["report"].startswith("Usage: swarmevo report [OPTIONS] RUN...\n")
+    assert helps["evolve"].startswith("Usage: swarmevo evolve [OPTIONS] [CONFIG]\n")
+
+
+def test_the_list_of_commands_has_a_sentence_of_each(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    listed = " ".join(shown("", 40, monkeypatch, capsys).split())
+    for name, command in verbs().items():
+        assert re.search(rf" {name} {re.escape(command.get_short_help_str(1000))} ", listed)
 
 
 @pytest.mark.parametrize(

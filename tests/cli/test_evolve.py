@@ -40,6 +40,32 @@ def test_evolve_prints_the_front_on_stdout_and_progress_on_stderr(swarmevo_: Swa
     assert {path.name for path in Path("run").iterdir()} == {"config.yaml", "provenance.json", "run.sqlite"}
 
 
+@pytest.mark.parametrize(("columns", "lines"), [(40, 11), (80, 6), (120, 6)])
+def test_what_comes_next_fits_the_terminal(
+    swarmevo_: Swarmevo, monkeypatch: pytest.MonkeyPatch, columns: int, lines: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    out = "runs of many/a-name"
+    done = swarmevo_("evolve", "small.yaml", "--seed", 1, "--trials", 1, "--out", out)
+    told = done.err.partition("next:\n")[2]
+    assert len(told.splitlines()) == lines
+    assert [line for line in told.splitlines() if len(line) > columns] == []
+    commands = [line for line in re.sub(r" \\\n +", " ", told).splitlines() if line.startswith("  swarmevo ")]
+    assert [shlex.split(line) for line in commands] == [
+        ["swarmevo", verb, out] for verb in ("report", "replay", "test")
+    ]
+
+
+def test_what_comes_next_stands_in_columns_where_there_is_room(swarmevo_: Swarmevo) -> None:
+    told = swarmevo_("evolve", "small.yaml", "--seed", 1, "--trials", 1, "--out", "x").err.partition("next:\n")[2]
+    assert [re.split(" {2,}", line)[1:] for line in told.splitlines()] == [
+        ["swarmevo report x", "its front and its replays as a page to open"],
+        ["swarmevo replay x", "the most successful of its front in 3-D"],
+        ["swarmevo test x", "its front on fresh seeds; those above are a bit too good"],
+    ]
+    assert len({re.search("(its front|the most)", line).start() for line in told.splitlines()}) == 1
+
+
 def test_show_says_what_evolve_said(swarmevo_: Swarmevo) -> None:
     evolved = swarmevo_("evolve", "small.yaml", "--seed", 1, "--out", "run")
     assert swarmevo_("show", "run").out == evolved.out
