@@ -20,7 +20,8 @@ HEAD = """\
 # Commands
 
 What `swarmevo --help` and `--help` of each command tell, on a page. Data goes to stdout, progress and errors to stderr.
-Exit codes: 0 done, 1 failed, 2 wrong usage or configuration, 130 interrupted. NO_COLOR is honoured.
+Exit codes: 0 done, 1 failed, 2 wrong usage or configuration, 130 interrupted. NO_COLOR is honoured. Where a file
+is to be written, its folder is made if there is none.
 """
 
 

@@ -51,7 +51,12 @@ def compare(
     repeats: Annotated[
         int, typer.Option(metavar="N", min=1, max=65535, help="Test each controller so many times, on fresh seeds.")
     ] = 10,
-    html: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a page as well.", show_default=False)] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write a page to this file as well, whose folder is made.", show_default=False
+        ),
+    ] = None,
     workers: Workers = "auto",
     as_json: AsJson = False,
 ) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TextIO, cast
 
@@ -72,7 +72,10 @@ def export(
             _write_project(store, controller or 0, infrared, out)
             return
         text = "" if controller is None else _controller(store, controller, form, robot, infrared)
-        with files.opened(out, fresh_only=True) if out else nullcontext(streams.data()) as stream:
+        with ExitStack() as opened:
+            if out:
+                opened.enter_context(files.folder_made(out.parent))
+            stream = opened.enter_context(files.opened(out, fresh_only=True)) if out else streams.data()
             _write(store, stream, text, as_csv)
 
 

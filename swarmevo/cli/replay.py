@@ -24,6 +24,7 @@ from swarmevo.cli.common import (
 )
 
 _SIDE_BY_SIDE = 8  # replays in a page
+_FILMS = (".webp", ".mp4")
 
 
 @app.command(
@@ -46,7 +47,9 @@ def replay(
     ] = False,
     html: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write to this file; default: in the run folder. It opens offline."),
+        typer.Option(
+            metavar="FILE", help="Write to this file, whose folder is made; default: in the run's. It opens offline."
+        ),
     ] = None,
     video: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a film, .webp or .mp4, instead; it needs Chromium.")
@@ -102,6 +105,8 @@ def replay(
     if video:
         from swarmevo.views.replay import video as replay_video
 
+        if video.suffix not in _FILMS:
+            exit_with(USAGE, f"--video {video}: expected a name that ends in {' or '.join(_FILMS)}")
         replay_video.check(video)
     if run is None:
         without_effect(context, "with --best", "live", "generation", "force")
@@ -160,16 +165,18 @@ def _seconds(text: str | None) -> tuple[float, float] | None:
 def _write_page(file: Path, page: str) -> None:
     from swarmevo.runs import files
 
-    files.write(file, page)
+    with files.folder_made(file.parent):
+        files.write(file, page)
     print(file)
 
 
 def _film(file: Path, page: str, speed: float, span: tuple[float, float]) -> None:
+    from swarmevo.runs import files
     from swarmevo.views import console
     from swarmevo.views.replay import video as replay_video
 
     film = replay_video.Film(*span, speed=speed)
-    with console.frames(len(film.times())) as observe:
+    with files.folder_made(file.parent), console.frames(len(film.times())) as observe:
         replay_video.write(file, page, film, observe)
     print(file)
 

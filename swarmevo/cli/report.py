@@ -26,12 +26,18 @@ def report(
     html: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write to this file; default: report.html in the run folder.", show_default=False
+            metavar="FILE",
+            help="Write to this file, whose folder is made; default: report.html in the run folder.",
+            show_default=False,
         ),
     ] = None,
     figures: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write the figures there as well, as PDF and PNG.", show_default=False),
+        typer.Option(
+            metavar="DIR",
+            help="Write the figures to this folder as well, which is made, as PDF and PNG.",
+            show_default=False,
+        ),
     ] = None,
     width: Annotated[
         float,

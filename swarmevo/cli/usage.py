@@ -6,12 +6,14 @@ Help is laid out here, for typer has no less than 50 columns, cuts the list of c
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from pathlib import Path
+from typing import Any, NoReturn, get_args, get_type_hints
 
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
@@ -133,11 +135,21 @@ class Verb(_Helpful, TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments."""
-        _, _, given = self.make_parser(ctx).parse_args(list(args))
-        for option in given:
-            if given.count(option) > 1 and isinstance(option, TyperOption) and not (option.multiple or option.is_flag):
-                _exit(f"{option.opts[0]}: expected one value, got two; give it once")
-        return super().parse_args(ctx, args)
+        values: dict[str, Any] = {}
+        try:
+            values, _, given = self.make_parser(ctx).parse_args(list(args))
+            for option in given:
+                is_single = isinstance(option, TyperOption) and not (option.multiple or option.is_flag)
+                if is_single and given.count(option) > 1:
+                    _exit(f"{option.opts[0]}: expected one value, got two; give it once")
+            return super().parse_args(ctx, args)
+        except UsageError as error:
+            error.ctx = error.ctx or ctx
+            parameter = getattr(error, "param", None)
+            value = values.get(parameter.name) if parameter else None
+            if value is not None:
+                self._refuse(parameter, value)
+            raise
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return the words of the usage line."""
@@ -153,6 +165,16 @@ class Verb(_Helpful, TyperCommand):
         with formatter.section("Options"):
             formatter.write_dl([record for record in records if record])
 
+    def _refuse(self, parameter: Any, value: Any) -> None:
+        """Exit with what was expected of a parameter, if its type tells."""
+        annotated, told = get_args(get_type_hints(self.callback, include_extras=True)[parameter.name])
+        kinds = (annotated, *get_args(annotated))
+        if Path in kinds:
+            _refuse_folder([value] if isinstance(value, str) else value)
+        for kind, what in ((int, "a whole number"), (float, "a number")):
+            if kind in kinds:
+                _exit(f"{parameter.opts[0]}: expected {what}{_span(told.min, told.max)}, got {value!r}")
+
     def _arguments(self, ctx: Any) -> list[Any]:
         return [one for one in self.get_params(ctx) if one.param_type_name == "argument"]
 
@@ -165,6 +187,19 @@ def _sentence(help_text: str) -> str:
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
+def _refuse_folder(paths: Sequence[str]) -> None:
+    """Exit with the first path that is no folder."""
+    for path in paths:
+        if not os.path.isdir(path):
+            _exit(f"{path}: expected a folder, {'got a file' if os.path.lexists(path) else 'but it does not exist'}")
+
+
+def _span(least: float | None, most: float | None) -> str:
+    if least is None:
+        return ""
+    return f" from {least} to {most}" if most is not None else f" of {least} or more"
+
+
 @contextmanager
 def _refusing() -> Iterator[None]:
     try:
@@ -172,9 +207,12 @@ def _refusing() -> Iterator[None]:
     except UsageError as error:
         if type(error).__name__ == "NoArgsIsHelpError":
             raise  # no error: it shows the help
-        message = error.format_message().rstrip(".")
+        message = error.format_message().rstrip(".").replace(". Did you mean", "; did you mean")
+        if lacking := re.fullmatch("Option '(.*)' requires an argument", message):
+            message = f"{lacking[1]}: expected a value, got none"
         command = error.ctx.command_path if error.ctx else "swarmevo"
-        _exit(f"{message[:1].lower()}{message[1:]}; see: {command} --help")
+        see = "" if message.endswith("?") else f"; see: {command} --help"
+        _exit(f"{message[:1].lower()}{message[1:]}{see}")
 
 
 def _exit(error: str) -> NoReturn:

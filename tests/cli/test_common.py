@@ -21,8 +21,10 @@ import swarmevo
 from cli.conftest import Swarmevo, files
 from swarmevo import cli
 from swarmevo.analysis import assessment
+from swarmevo.cli import replay
 from swarmevo.cli.common import team_sizes
 from swarmevo.cli.test import assess
+from swarmevo.views.replay import video
 
 Install = Callable[..., Path]
 
@@ -205,6 +207,17 @@ def test_help_fits_the_terminal(command: str, columns: int, monkeypatch: pytest.
     assert all(re.search(rf"^    {re.escape(one)}( {{2}}|$)", typed, re.MULTILINE) for one in examples)
 
 
+def test_help_says_of_what_is_written_that_its_folder_is_made(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    for command, option in (("report", "html"), ("report", "figures"), ("compare", "html"), ("replay", "html")):
+        told = " ".join(shown(command, 80, monkeypatch, capsys).split())
+        assert re.search(rf" --{option} (FILE|DIR) [^-]* (whose folder|which) is made", told)
+
+
+def test_the_endings_of_films_are_those_that_are_written() -> None:
+    """They stand twice, so that a wrong one is wrong usage."""
+    assert tuple(video._WRITERS) == replay._FILMS
+
+
 def test_help_has_no_types_of_python(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     helps = {command: shown(command, 80, monkeypatch, capsys) for command in every_command()}
     assert [command for command, help_text in helps.items() if re.search("<(?!=)|Path|[{}]", help_text)] == []
@@ -228,6 +241,20 @@ def test_the_list_of_commands_has_a_sentence_of_each(monkeypatch: pytest.MonkeyP
             "no such option: --sed (Possible options: --scheduler, --seed, --set); see: swarmevo evolve --help",
         ),
         (["plugins", "nosuch"], "no such command 'nosuch'; see: swarmevo plugins --help"),
+        (["evolv"], "no such command 'evolv'; did you mean 'evolve'?"),
+        (["evolve", "--seed"], "--seed: expected a value, got none; see: swarmevo evolve --help"),
+        (["evolve", "--seed", "abc"], "--seed: expected a whole number, got 'abc'"),
+        (["evolve", "--seed", "1.5"], "--seed: expected a whole number, got '1.5'"),
+        (["verify", ".", "--sample", "0"], "--sample: expected a whole number of 1 or more, got '0'"),
+        (["compare", ".", "--repeats", "x"], "--repeats: expected a whole number from 1 to 65535, got 'x'"),
+        (["compare", ".", "--repeats", "65536"], "--repeats: expected a whole number from 1 to 65535, got '65536'"),
+        (["replay", "--best", "--speed", "0"], "--speed: expected a number from 0.1 to 100, got '0'"),
+        (["replay", "--best", "--speed", "fast"], "--speed: expected a number from 0.1 to 100, got 'fast'"),
+        (["test", ".", "--until", "soon"], "--until: expected a number, got 'soon'"),
+        (["show", "nosuch"], "nosuch: expected a folder, but it does not exist"),
+        (["report", ".", "nosuch"], "nosuch: expected a folder, but it does not exist"),
+        (["compare", ".", __file__], f"{__file__}: expected a folder, got a file"),
+        (["replay", "--best", "--video", "x.gif"], "--video x.gif: expected a name that ends in .webp or .mp4"),
     ],
 )
 def test_usage_errors_look_like_all_others(arguments: list[str], error: str, capsys: Any) -> None:

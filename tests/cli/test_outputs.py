@@ -21,7 +21,11 @@ OUTPUTS = {
     "report": ["report", "run", "--html", "out/page.html"],
     "figures": ["report", "run", "--html", "page.html", "--figures", "out"],
     "new figures": ["report", "run", "--html", "page.html", "--figures", "out/deep/er"],
+    "new CSV": ["export", "run", "--csv", "--out", "out/deep/er/file"],
+    "new replay": ["replay", "run", "--html", "out/deep/er/page.html"],
+    "new report": ["report", "run", "--html", "out/deep/er/page.html"],
 }
+"""The new ones are in folders that are made for them."""
 
 
 def everything(folder: Path) -> dict[str, bytes | None]:
@@ -58,7 +62,7 @@ def test_a_full_disk_leaves_what_was_there(
 
     monkeypatch.setattr(os, "fsync", sync_or_not)
     done = outside(*OUTPUTS[output])
-    place = "out/deep/er" if output == "new figures" else "out"
+    place = "out/deep/er" if output.startswith("new") else "out"
     assert (done.code, done.errors) == (1, [f"no space left on {tmp_path / place}; free some, then try again"])
     assert everything(tmp_path / "out") == before
     monkeypatch.undo()

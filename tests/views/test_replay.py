@@ -803,7 +803,7 @@ def test_without_a_name_the_page_is_beside_the_run(run: Path, chosen: Chosen) ->
         (["", "--robots", "5-1"], 2, "--robots: expected a team size from 1 to 64"),
         (["", "--robots", "1-9"], 2, "or up to 8 sizes as in 1-5, got '1-9'"),
         (["", "--video", "x.webp", "--seconds", "9-3"], 2, "--seconds: expected a span such as 10-40"),
-        (["", "--html", "/nowhere/page.html"], 1, "/nowhere/page.html: No such file or directory"),
+        (["", "--html", "/dev/null/page.html"], 1, "/dev/null: Not a directory"),
         (["x"], 1, "expected a run folder"),
     ],
 )
