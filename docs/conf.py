@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +15,31 @@ from sphinx.util.osutil import relative_uri
 from swarmevo import __version__
 
 ROOT = Path(__file__).resolve().parents[1]
+PAGES = {ROOT / "README.md": "readme", ROOT / "examples" / "first_steps.ipynb": "first_steps"}
+"""Files beside docs/ that are pages here, too."""
 
 project = "swarmevo"
 author = "The swarmevo developers"
+copyright = "2026, the swarmevo developers, BSD-3-Clause"
 release = __version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True  # as they are written: of a function Python shows where it lies
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 html_theme = "furo"
 myst_enable_extensions = ["deflist"]
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+nb_execution_excludepatterns = ["first_steps.ipynb"]  # it takes minutes, and tests run it
 myst_heading_anchors = 3  # so that pages can link to headings, as on GitHub
 
 
 class LinksOutOfTheDocs(SphinxPostTransform):
-    """Makes a link to a file or folder beside docs/ one to a copy of its text, for these pages may stand alone."""
+    """Makes a link to a file or folder beside docs/ one to its page, or to a copy of its text.
+
+    For these pages may stand alone.
+    """
 
     default_priority = 8  # before MyST gives them up
 
@@ -38,7 +47,10 @@ class LinksOutOfTheDocs(SphinxPostTransform):
         """Replace them."""
         for node in list(self.document.findall(addnodes.pending_xref)):
             if node["reftype"] == "myst" and (target := self._beside_docs(node)):
-                uri = relative_uri(self.app.builder.get_target_uri(self.env.docname), self._copy(target))
+                there = self.app.builder.get_target_uri(PAGES[target]) if target in PAGES else self._copy(target)
+                uri = relative_uri(self.app.builder.get_target_uri(self.env.docname), there)
+                if target in PAGES and node["reftargetid"]:
+                    uri += f"#{node['reftargetid']}"
                 node.replace_self(nodes.reference("", "", *node.children, internal=False, refuri=uri))
 
     def _beside_docs(self, node: addnodes.pending_xref) -> Path | None:
@@ -60,6 +72,14 @@ class LinksOutOfTheDocs(SphinxPostTransform):
         return place.as_posix()
 
 
+def read_readme(app: Any, docname: str, source: list[str]) -> None:
+    """Give the page of the README its text, with links from this folder."""
+    if docname == "readme":
+        links = re.sub(r"(?<=\]\()(?!https?:|#)", "../", (ROOT / "README.md").read_text())
+        source[0] = links.replace("](../docs/", "](")
+
+
 def setup(app: Any) -> None:
     """Register what is above."""
+    app.connect("source-read", read_readme)
     app.add_post_transform(LinksOutOfTheDocs)

@@ -29,9 +29,12 @@ def test_ci_builds_the_docs_and_every_page_is_reached() -> None:
     """Case 40."""
     assert "docs" in made_by_ci()
     assert "sphinx-build -W " in MAKEFILE
-    pages = {page.stem for page in (ROOT / "docs").glob("*.md")} - {"index"}
-    (toctree,) = re.findall(r"^```{toctree}\n(.*?)^```", (ROOT / "docs/index.md").read_text(), re.MULTILINE | re.DOTALL)
-    assert set(re.findall(r"^([a-z-]+)$", toctree, re.MULTILINE)) == pages
+    pages = {page.stem for kind in ("*.md", "*.ipynb") for page in (ROOT / "docs").glob(kind)} - {"index"}
+    groups = re.findall(r"^```{toctree}\n(.*?)^```", (ROOT / "docs/index.md").read_text(), re.MULTILINE | re.DOTALL)
+    assert all(group.startswith(":caption: ") for group in groups)
+    assert max(len(group.split("\n\n")[1].splitlines()) for group in groups) < 10  # a list that is looked through
+    listed = [page for group in groups for page in re.findall(r"^(?:README <)?([a-z_-]+)>?$", group, re.MULTILINE)]
+    assert sorted(listed) == sorted(pages)
 
 
 def test_ci_runs_sanitizers_and_a_short_fuzz() -> None:
