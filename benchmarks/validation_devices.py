@@ -265,10 +265,16 @@ def _strength(one: models.Emitter, away: FloatArray) -> float:
     return float(np.clip(1 / r**2, *one.strength)) if one.reach == "arena" or r <= one.range else float("nan")
 
 
-def signal(moment: Moment) -> tuple[FloatArray, FloatArray]:
-    """Return the strength of the strongest of the first channel over the largest, and the nearest heard's bearing."""
-    first = next(one.channel for one in moment.config.scene.emitters or () if one.channel != "light")
-    sources = emitters(moment, first)
+def signals(moment: Moment) -> tuple[FloatArray, FloatArray]:
+    """Return strengths ``(robots, channels)`` and bearings ``(robots, 2 channels)``, channels as they come first."""
+    named = list(dict.fromkeys(one.channel for one in moment.config.scene.emitters or () if one.channel != "light"))
+    strengths, bearings = zip(*(signal(moment, channel) for channel in named), strict=True)
+    return np.concatenate(strengths, axis=1), np.concatenate(bearings, axis=1)
+
+
+def signal(moment: Moment, channel: str) -> tuple[FloatArray, FloatArray]:
+    """Return the strength of the strongest of a channel over the largest, and the nearest heard's bearing."""
+    sources = emitters(moment, channel)
     largest = max(one.strength[1] for one, _ in sources)
     strengths, bearings = np.zeros((ROBOTS, 1)), np.zeros((ROBOTS, 2))
     for i, robot in enumerate(moment.robots):
@@ -350,7 +356,7 @@ def check(seen: Sequence[Moment]) -> dict[str, Check]:
     clear: list[FloatArray] = []
     for moment in seen:
         touched, told = touch(moment)
-        strength, bearing = signal(moment)
+        strength, bearing = signals(moment)
         readings = (infrared(moment), touched, strength, bearing, neighbours(moment), ground(moment), light(moment))
         for name, reading in zip(DEVICES, readings, strict=True):
             expected[name].append(reading)

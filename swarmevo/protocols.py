@@ -203,7 +203,9 @@ CHANNELS: Final[Mapping[str, Channel]] = {
     ),
     "infrared": Channel(("robots", "infrared"), "1", "readings in [0, 1]; 0: nothing in range"),
     "touch": Channel(("robots", "touch"), "1", "readings in [0, 1], from left to right; 0: the box is not in range"),
-    "rf": Channel(("robots",), "1", "signal strength S, in the paper from 1 to 50", 1.0, 50.0),
+    "rf": Channel(
+        ("robots",), "1", "signal strength S of the first channel of emitters, in the paper from 1 to 50", 1.0, 50.0
+    ),
     "movables": Channel(
         ("movables", 3), "m, m, rad", "x, y, heading in [-pi, pi] of what robots can push", _OPPOSITE, _CORNER
     ),

@@ -180,18 +180,21 @@ def _touch(config: Config, poses: FloatArray, movables: FloatArray, rng: np.rand
 
 
 def _rf(config: Config, poses: FloatArray, movables: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """S over its most."""
-    heard = sensors.homing_sources(config, poses, movables)
-    least, most = heard[0].emitter.strength[0], max(one.emitter.strength[1] for one in heard)
-    strengths = sensors.signal_strengths(config, poses, movables)
-    noisy = strengths * (1 + config.noise.rf * rng.standard_normal(len(poses)))
-    return np.asarray(np.clip(noisy, least, most) / most)[:, np.newaxis]
+    """S over its most, of each channel."""
+    readings = []
+    for heard in sensors.radio_sources(config, poses, movables):
+        least, most = heard[0].emitter.strength[0], max(one.emitter.strength[1] for one in heard)
+        noisy = sensors.strongest(heard) * (1 + config.noise.rf * rng.standard_normal(len(poses)))
+        readings.append(np.clip(noisy, least, most) / most)
+    return np.column_stack(readings)
 
 
 def _rf_bearing(config: Config, poses: FloatArray, movables: FloatArray, rng: np.random.Generator) -> FloatArray:
-    bearings = sensors.nearest_bearings(config, poses, movables)
-    bearings = bearings + config.noise.rf_bearing * rng.standard_normal(len(poses))
-    return np.asarray(np.nan_to_num(np.column_stack([np.cos(bearings), np.sin(bearings)])))  # nobody heard: 0, 0
+    readings = []
+    for heard in sensors.radio_sources(config, poses, movables):
+        bearings = sensors.nearest_bearings(heard) + config.noise.rf_bearing * rng.standard_normal(len(poses))
+        readings += [np.cos(bearings), np.sin(bearings)]
+    return np.asarray(np.nan_to_num(np.column_stack(readings)))  # nobody heard: 0, 0
 
 
 def _range_and_bearing(config: Config, poses: FloatArray, movables: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -7,6 +7,7 @@ heading [rad].
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -204,22 +205,28 @@ def lights(config: Config, poses: FloatArray, movables: FloatArray) -> list[Sour
     return [one for one in sources(config, poses, movables) if one.emitter.channel == "light"]
 
 
+def radio_sources(config: Config, poses: FloatArray, movables: FloatArray) -> list[list[Source]]:
+    """Return the sources that are no lights, those of each channel in a list, channels as they come first."""
+    channels: dict[str, list[Source]] = {}
+    for one in sources(config, poses, movables):
+        if one.emitter.channel != "light":
+            channels.setdefault(one.emitter.channel, []).append(one)
+    return list(channels.values())
+
+
 def homing_sources(config: Config, poses: FloatArray, movables: FloatArray) -> list[Source]:
-    """Return those that robots home in on: of the channel of the first that is no light."""
-    radio = [one for one in sources(config, poses, movables) if one.emitter.channel != "light"]
-    return [one for one in radio if one.emitter.channel == radio[0].emitter.channel]
+    """Return those that robots home in on: of the first channel."""
+    return next(iter(radio_sources(config, poses, movables)), [])
 
 
-def signal_strengths(config: Config, poses: FloatArray, movables: FloatArray) -> FloatArray:
+def strongest(channel: Sequence[Source]) -> FloatArray:
     """Return S of the strongest: ``(n,)``."""
-    return np.asarray(np.max([one.strengths for one in homing_sources(config, poses, movables)], axis=0))
+    return np.asarray(np.max([one.strengths for one in channel], axis=0))
 
 
-def nearest_bearings(config: Config, poses: FloatArray, movables: FloatArray) -> FloatArray:
+def nearest_bearings(channel: Sequence[Source]) -> FloatArray:
     """Return the bearing of the nearest that is heard [rad]: ``(n,)``; NaN: none is."""
-    heard = [
-        (np.where(one.is_heard, one.distances, np.inf), one.bearings) for one in homing_sources(config, poses, movables)
-    ]
+    heard = [(np.where(one.is_heard, one.distances, np.inf), one.bearings) for one in channel]
     distances, bearings = np.array(heard).transpose(1, 2, 0)
     nearest = distances.argmin(axis=-1)[:, np.newaxis]
     found = np.take_along_axis(bearings, nearest, axis=-1)[:, 0]

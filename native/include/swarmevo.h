@@ -173,8 +173,8 @@ typedef struct swe_robot_config {
 
 #define SWE_SENSOR_INFRARED 1   /* infrared_count readings in [0, 1] */
 #define SWE_SENSOR_TOUCH 2      /* touch_count readings in [0, 1] */
-#define SWE_SENSOR_RF 3         /* signal strength S over the emitter's largest */
-#define SWE_SENSOR_RF_BEARING 4 /* cosine and sine of the emitter's bearing; 0, 0 where it is not heard */
+#define SWE_SENSOR_RF 3         /* for each channel signal strength S over the largest */
+#define SWE_SENSOR_RF_BEARING 4 /* for each channel cosine and sine of the bearing; 0, 0 where it is not heard */
 #define SWE_SENSOR_RANGE_AND_BEARING                                                                        \
     5                         /* in each sector: 1 - distance / range of the nearest robot, and its message \
                                */

@@ -3,6 +3,7 @@
 
 from swarmevo.config.messages import did_you_mean
 from swarmevo.config.models import (
+    LIGHT,
     WORLD,
     Arena,
     Box,
@@ -31,6 +32,7 @@ from swarmevo.config.worlds import World, Worlds, each_world, world_errors
 from swarmevo.errors import ConfigError
 
 __all__ = [
+    "LIGHT",
     "WORLD",
     "Arena",
     "Box",

@@ -18,6 +18,9 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from swarmevo.config import presets
 
+LIGHT: Final = "light"
+"""The channel of emitters that light sensors alone see."""
+
 FromList = Field(strict=False)  # YAML has lists, no tuples
 Number = Annotated[float, Field(ge=-100, le=100)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
@@ -127,7 +130,8 @@ class Emitter(Section):
     reach: Literal["range", "arena"] = "range"
     """Whether S is heard within `range` only, or in the whole arena."""
     channel: str = Field(default="rf", pattern="^[a-z][a-z0-9_]{0,31}$")
-    """What sensors tell it by; `light` is for light sensors alone. Robots home in on the first other channel."""
+    """RF receivers tell one channel from another; `light` is for light sensors alone. Robots home in on the first
+    other channel."""
     rides_on: int | None = Field(default=None, ge=0, le=31)
     """The movable that carries it, by its place in the list; nothing: it stands still."""
 
@@ -175,6 +179,11 @@ class Surroundings(Section):
     """Of the floor beside the patches; 0 is black, 1 is white."""
     patches: Annotated[tuple[Patch, ...], FromList, Field(max_length=32)] = ()
     """Parts of the floor in another grey."""
+
+    @property
+    def radio_channels(self) -> tuple[str, ...]:
+        """Names of the emitters' channels but that of lights, the one that robots home in on first."""
+        return tuple(dict.fromkeys(one.channel for one in self.emitters or () if one.channel != LIGHT))
 
 
 Device: TypeAlias = Literal[

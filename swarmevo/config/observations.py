@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from swarmevo.config.models import Config, Sensors, surroundings, world
+from swarmevo.config.models import Config, surroundings, world
 from swarmevo.protocols import WHEELS, SceneInfo
 
 
@@ -14,20 +14,27 @@ def _numbered(name: str, n: int) -> tuple[str, ...]:
     return tuple(f"{name}_{i}" for i in range(n))
 
 
-READINGS: Final[Mapping[str, Callable[[Sensors], tuple[str, ...]]]] = {
-    "infrared": lambda sensors: _numbered("infrared", len(sensors.infrared_yaw_deg)),
-    "touch": lambda sensors: _numbered("touch", len(sensors.touch_yaw_deg)),
-    "rf": lambda _sensors: ("rf",),
-    "rf_bearing": lambda _sensors: ("rf_bearing_cos", "rf_bearing_sin"),
-    "range_and_bearing": lambda sensors: tuple(
-        name
-        for sector in _numbered("range_and_bearing", sensors.range_and_bearing_sectors)
-        for name in (sector, *_numbered(f"{sector}_message", sensors.range_and_bearing_message))
+def _by_channel(name: str, config: Config) -> tuple[str, ...]:
+    """Return a name for each channel of RF signals; the first is that of a world with one channel, or with none."""
+    return (name, *(f"{name}_{channel}" for channel in surroundings(config).radio_channels[1:]))
+
+
+READINGS: Final[Mapping[str, Callable[[Config], tuple[str, ...]]]] = {
+    "infrared": lambda config: _numbered("infrared", len(config.sensors.infrared_yaw_deg)),
+    "touch": lambda config: _numbered("touch", len(config.sensors.touch_yaw_deg)),
+    "rf": lambda config: _by_channel("rf", config),
+    "rf_bearing": lambda config: tuple(
+        f"{name}_{part}" for name in _by_channel("rf_bearing", config) for part in ("cos", "sin")
     ),
-    "ground": lambda sensors: _numbered("ground", len(sensors.ground_position)),
-    "light": lambda sensors: _numbered("light", sensors.light_sectors),
-    "odometry": lambda _sensors: ("odometry_left", "odometry_right"),
-    "movable_motion": lambda _sensors: ("movable_motion_ahead", "movable_motion_left", "movable_motion_spin"),
+    "range_and_bearing": lambda config: tuple(
+        name
+        for sector in _numbered("range_and_bearing", config.sensors.range_and_bearing_sectors)
+        for name in (sector, *_numbered(f"{sector}_message", config.sensors.range_and_bearing_message))
+    ),
+    "ground": lambda config: _numbered("ground", len(config.sensors.ground_position)),
+    "light": lambda config: _numbered("light", config.sensors.light_sectors),
+    "odometry": lambda _config: ("odometry_left", "odometry_right"),
+    "movable_motion": lambda _config: ("movable_motion_ahead", "movable_motion_left", "movable_motion_spin"),
 }
 """For each device the names of its readings, in their order; ``native/src/sensors/`` has the devices themselves."""
 SIGNED: Final = frozenset({"rf_bearing", "odometry", "movable_motion"})
@@ -42,7 +49,7 @@ def scene_info(config: Config) -> SceneInfo:
         robots=config.team.robots,
         control_steps=round(episode.horizon / episode.control_period),
         control_period=episode.control_period,
-        observation_names=tuple(name for device in config.robot.sensors for name in READINGS[device](sensors)),
+        observation_names=tuple(name for device in config.robot.sensors for name in READINGS[device](config)),
         command_names=(*WHEELS, *_numbered("message", bits)),
         infrared=len(sensors.infrared_yaw_deg),
         touch=len(sensors.touch_yaw_deg),
@@ -54,8 +61,8 @@ def scene_info(config: Config) -> SceneInfo:
 
 def smallest_observation(config: Config) -> tuple[float, ...]:
     """Return for each reading of an observation the smallest it can be, 0 or -1; the largest is 1."""
-    devices, sensors = config.robot.sensors, config.sensors
-    return tuple(-1.0 if device in SIGNED else 0.0 for device in devices for _ in READINGS[device](sensors))
+    devices = config.robot.sensors
+    return tuple(-1.0 if device in SIGNED else 0.0 for device in devices for _ in READINGS[device](config))
 
 
 def sense_errors(made_for: Config, config: Config) -> list[str]:

@@ -287,7 +287,8 @@ def _source(store: Store, genome: int, target: Target, found: Sequence[Network],
     parts = [template("head").substitute(values), as_c(network)]
     if target == "webots":
         return "".join([*parts, webots.source(config, infrared)])
-    is_read = all(device in _OBSERVE for device in config.robot.sensors)
+    signals = len(surroundings(config).radio_channels)
+    is_read = all(device in _OBSERVE for device in config.robot.sensors) and signals <= 1
     names = ["observe", "motors", "epuck"] if is_read else ["motors", "observed"]
     return "".join([*parts, *(template(name).substitute(values) for name in names)])
 

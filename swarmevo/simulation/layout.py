@@ -20,8 +20,6 @@ from swarmevo.protocols import FloatArray
 
 DIRECTIONS: Final = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
 """Towards each wall of a square or rectangular arena."""
-LIGHT: Final = "light"
-"""The channel of emitters that light sensors alone see."""
 CIRCLE_CORNERS: Final = 96
 """Of the polygon around a circular arena that :func:`outline` gives: 0.3 mm from a circle of 1 m at most."""
 
@@ -111,27 +109,27 @@ def has_one_box(scene: Surroundings) -> bool:
 # ---- emitters --------------------------------------------------------------------------------------------------------
 
 
-def radio_emitters(scene: Surroundings) -> tuple[Emitter, ...]:
-    """Return those that RF receivers hear: all but lights."""
-    return tuple(emitter for emitter in scene.emitters or () if emitter.channel != LIGHT)
+def radio_emitters(scene: Surroundings, channel: int) -> tuple[Emitter, ...]:
+    """Return those that RF receivers hear on a channel, by its number among ``scene.radio_channels``."""
+    named = scene.radio_channels[channel : channel + 1]
+    return tuple(emitter for emitter in scene.emitters or () if emitter.channel in named)
 
 
 def homing_emitters(scene: Surroundings) -> tuple[Emitter, ...]:
-    """Return those that the robots home in on, of the first one's channel; none where a scene has none."""
-    emitters = radio_emitters(scene)
-    return tuple(emitter for emitter in emitters if emitter.channel == emitters[0].channel)
+    """Return those that the robots home in on, of the first channel; none where a scene has none."""
+    return radio_emitters(scene, 0)
 
 
-def signal_range(scene: Surroundings) -> tuple[float, float]:
-    """Return the signal's strength out of range of all emitters that the robots home in on, and at the strongest."""
-    strengths = [emitter.strength for emitter in homing_emitters(scene)] or [(0.0, 0.0)]
+def signal_range(scene: Surroundings, channel: int = 0) -> tuple[float, float]:
+    """Return the strength of a channel's signal out of range of all its emitters, and at the strongest."""
+    strengths = [emitter.strength for emitter in radio_emitters(scene, channel)] or [(0.0, 0.0)]
     least, most = zip(*strengths, strict=True)
     return max(least), max(most)
 
 
-def signal_scale(scene: Surroundings) -> float:
-    """Return what readings of RF signals are divided by: the strongest of any emitter; 1 without one."""
-    return max((emitter.strength[1] for emitter in radio_emitters(scene)), default=0.0) or 1.0
+def signal_scale(scene: Surroundings, channel: int = 0) -> float:
+    """Return what readings of a channel's signal are divided by: its largest strength; 1 without an emitter."""
+    return signal_range(scene, channel)[1] or 1.0
 
 
 def emitter_places(emitter: Emitter, movables: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from swarmevo.config import Arena, Config, Section, Surroundings, Team, scene_info, surroundings
+from swarmevo.config import LIGHT, Arena, Config, Section, Surroundings, Team, scene_info, surroundings
 from swarmevo.errors import InvalidArgument
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation._ffi import check, load
@@ -75,11 +75,10 @@ def _copy_scene(ffi: Any, lib: Any, native: Any, scene: Surroundings) -> None:
         struct.start = lib.SWE_START_RANDOM if movable.start == "random" else lib.SWE_START_POSES
     native.n_obstacles = copy(native.obstacles, [as_box(obstacle) for obstacle in scene.obstacles])
     emitters = scene.emitters or ()
-    channels = list(dict.fromkeys(emitter.channel for emitter in emitters if emitter.channel != "light"))
     native.n_emitters = copy(native.emitters, [emitter.model_copy(update=_UNSET) for emitter in emitters])
     for struct, emitter in zip(native.emitters, emitters, strict=False):
-        is_light = emitter.channel == "light"
-        struct.channel = lib.SWE_CHANNEL_LIGHT if is_light else channels.index(emitter.channel)
+        is_light = emitter.channel == LIGHT
+        struct.channel = lib.SWE_CHANNEL_LIGHT if is_light else scene.radio_channels.index(emitter.channel)
         struct.rides_on = lib.SWE_NOTHING if emitter.rides_on is None else emitter.rides_on
     native.ground.grey = scene.grey
     native.ground.n_patches = copy(native.ground.patches, scene.patches)

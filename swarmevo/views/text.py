@@ -58,6 +58,12 @@ def source(emitters: Sequence[Emitter]) -> str:
     return "source" if is_hidden else "beacon"
 
 
+def emitter(scene: Surroundings, one: Emitter) -> str:
+    """Return what an emitter is called in its scene."""
+    alike = [other for other in scene.emitters or () if other.channel == one.channel]
+    return source(alike) if one.channel in scene.radio_channels[:1] else words(one.channel)
+
+
 def homing(emitters: Sequence[Emitter]) -> str:
     """Return which robots have homed in on the emitters; empty: there is nothing to home in on."""
     return f"robots at {'a' if len(emitters) > 1 else 'the'} {source(emitters)}" if emitters else ""

@@ -74,7 +74,7 @@ def test_sensors_are_the_librarys_in_random_scenes() -> None:
             expected = (
                 sensors.infrared_readings(part.config, distances),
                 sensors.touch_readings(part.config, poses, box),
-                sensors.signal_strengths(part.config, poses, box),
+                sensors.strongest(sensors.homing_sources(part.config, poses, box)),
             )
             for one, other in zip(found, expected, strict=True):
                 np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)

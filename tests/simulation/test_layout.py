@@ -65,7 +65,7 @@ def test_goals_by_hand() -> None:
     assert layout.goal_distance(Arena(), box, region, np.array([0.5, 0.7, 1.0])) == 0
 
 
-def test_signals_are_those_of_the_first_channel() -> None:
+def test_each_channel_has_signals_of_its_own() -> None:
     emitters = [
         {"channel": "light", "strength": (2.0, 900.0)},
         {"strength": (1.0, 40.0)},
@@ -73,8 +73,10 @@ def test_signals_are_those_of_the_first_channel() -> None:
         {"channel": "rf", "strength": (3.0, 30.0)},
     ]
     scene = Surroundings.model_validate({"emitters": emitters})
-    assert layout.signal_range(scene) == (3.0, 40.0)
-    assert layout.signal_scale(scene) == 90.0
+    assert scene.radio_channels == ("rf", "prey")
+    assert (layout.signal_range(scene), layout.signal_scale(scene)) == ((3.0, 40.0), 40.0)
+    assert (layout.signal_range(scene, 1), layout.signal_scale(scene, 1)) == ((2.0, 90.0), 90.0)
+    assert [one.strength[1] for one in layout.homing_emitters(scene)] == [40.0, 30.0]
     nothing = Surroundings(emitters=())
     assert (layout.signal_range(nothing), layout.signal_scale(nothing)) == ((0.0, 0.0), 1.0)
 

@@ -294,12 +294,38 @@ def test_the_brightest_light_in_each_sector() -> None:
     assert (seen["observation"][..., 1:] > 0).mean() > 0.1
 
 
+def test_each_channel_has_readings_of_its_own() -> None:
+    """Of the strongest emitter on it, over what that channel's emitters give at most, and from where."""
+    emitters = [
+        "{channel: light, position: [0, 0, 0.1], range: 5, strength: [0, 900]}",
+        "{channel: home, position: [0.3, 0, 0.1], range: 0.6, strength: [1, 40]}",
+        "{channel: prey, position: [-0.3, -0.2, 0.1], range: 0.4, strength: [2, 5000]}",
+        "{channel: prey, position: [0.2, 0.3, 0.1], range: 0.4, strength: [2, 60]}",
+    ]
+    config = world(f"scene.emitters=[{', '.join(emitters)}]", sensors="[rf, rf_bearing]")
+    names = ("rf", "rf_prey", *(f"rf_bearing{of}_{part}" for of in ("", "_prey") for part in ("cos", "sin")))
+    assert Scene(config).info.observation_names == names
+    seen = still(config)
+    places = np.array([[0.3, 0.0], [-0.3, -0.2], [0.2, 0.3]])
+    least, most, reach = np.array([1, 2, 2]), np.array([40, 5000, 60]), np.array([0.6, 0.4, 0.4])
+    for pose, readings in zip(seen["pose"].reshape(-1, 3), seen["observation"].reshape(-1, 6), strict=True):
+        own = in_frame(pose, places)
+        away = np.sqrt((own**2).sum(axis=-1) + 0.05**2)
+        strengths = np.where(away <= reach, np.clip(1 / away**2, least, most), least)
+        np.testing.assert_allclose(readings[:2], [strengths[0] / 40, strengths[1:].max() / 5000])
+        for bearing, channel in ((readings[2:4], [0]), (readings[4:6], [1, 2])):
+            heard = [i for i in channel if away[i] <= reach[i]]
+            towards = own[min(heard, key=lambda i: away[i])] if heard else np.zeros(2)
+            np.testing.assert_allclose(bearing, towards / max(np.hypot(*towards), 1e-300), atol=1e-12)
+    assert (seen["observation"][..., [2, 4]] == 0).any(axis=(0, 1, 2)).all()
+    assert (seen["observation"][..., [2, 4]] != 0).any(axis=(0, 1, 2)).all()
+
+
 def test_the_last_of_the_most_channels_is_no_light() -> None:
     emitters = [f"{{channel: rf{i}, position: [0, 0, 0.1], range: 10, strength: [0, {i + 1}]}}" for i in range(16)]
     seen = still(world(f"scene.emitters=[{', '.join(emitters)}]", sensors="[rf, light]"))["observation"]
-    assert (seen[..., 0] > 0).all()
-    np.testing.assert_allclose(seen[..., 0], 1 / 16)  # of the strongest
-    assert (seen[..., 1:] == 0).all()
+    assert (seen[..., :16] > 0).all()
+    assert (seen[..., 16:] == 0).all()
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@
 namespace swarmevo {
 namespace {
 
-unsigned width(const swe_sensors_config& sensors) {
-    return sensors.ground_count;
+unsigned width(const swe_scene_config& checked) {
+    return checked.sensors.ground_count;
 }
 
 void sense(const Glimpse& glimpse, double* readings) {

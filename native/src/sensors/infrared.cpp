@@ -91,8 +91,8 @@ double infrared_deviation(const Scene& scene, double distance) {
     return scene.noise.infrared_at_contact + share * (scene.noise.infrared - scene.noise.infrared_at_contact);
 }
 
-unsigned width(const swe_sensors_config& sensors) {
-    return sensors.infrared_count;
+unsigned width(const swe_scene_config& checked) {
+    return checked.sensors.infrared_count;
 }
 
 }  // namespace

@@ -10,8 +10,8 @@
 namespace swarmevo {
 namespace {
 
-unsigned width(const swe_sensors_config& sensors) {
-    return sensors.light_sectors;
+unsigned width(const swe_scene_config& checked) {
+    return checked.sensors.light_sectors;
 }
 
 void sense(const Glimpse& glimpse, double* readings) {

@@ -10,7 +10,7 @@
 namespace swarmevo {
 namespace {
 
-unsigned width(const swe_sensors_config&) {
+unsigned width(const swe_scene_config&) {
     return 3;
 }
 

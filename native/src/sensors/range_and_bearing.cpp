@@ -11,8 +11,8 @@
 namespace swarmevo {
 namespace {
 
-unsigned width(const swe_sensors_config& sensors) {
-    return sensors.range_and_bearing_sectors * (1 + sensors.range_and_bearing_message);
+unsigned width(const swe_scene_config& checked) {
+    return checked.sensors.range_and_bearing_sectors * (1 + checked.sensors.range_and_bearing_message);
 }
 
 struct Neighbour {

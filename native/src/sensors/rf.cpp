@@ -16,11 +16,27 @@ double distance_squared(const Scene& scene, const swe_emitter_config& emitter, c
     return square(me.x - source[0]) + square(me.y - source[1]) + square(scene.robot.height - source[2]);
 }
 
-// Largest strength of any emitter but lights, by which readings are divided; 1 where there is none.
-double strongest_signal(const Scene& scene) {
+// Those that are not of lights; one where there is no emitter.
+unsigned radio_channels(const swe_emitter_config* emitters, std::size_t n) {
+    unsigned channels = 1;
+    for (std::size_t i = 0; i < n; ++i)
+        if (emitters[i].channel != SWE_CHANNEL_LIGHT) channels = std::max(channels, emitters[i].channel + 1);
+    return channels;
+}
+
+unsigned radio_channels(const swe_scene_config& checked) {
+    return radio_channels(checked.emitters, checked.n_emitters);
+}
+
+unsigned radio_channels(const Scene& scene) {
+    return radio_channels(scene.emitters.data(), scene.emitters.size());
+}
+
+// Largest strength of a channel's emitters, by which its readings are divided; 1 where there is none.
+double strongest_signal(const Scene& scene, unsigned channel) {
     double most = 0;
     for (const swe_emitter_config& emitter : scene.emitters)
-        if (emitter.channel != SWE_CHANNEL_LIGHT) most = std::max(most, emitter.strength[1]);
+        if (emitter.channel == channel) most = std::max(most, emitter.strength[1]);
     return most > 0 ? most : 1;
 }
 
@@ -29,34 +45,35 @@ bool is_heard(const swe_emitter_config& emitter, double distance_squared) {
     return emitter.reach != SWE_REACH_RANGE || distance_squared <= square(emitter.range);
 }
 
-unsigned one(const swe_sensors_config&) {
-    return 1;
+unsigned strengths(const swe_scene_config& checked) {
+    return radio_channels(checked);
 }
 
-unsigned two(const swe_sensors_config&) {
-    return 2;
+unsigned bearings(const swe_scene_config& checked) {
+    return 2 * radio_channels(checked);
 }
 
-void sense_strength(const Glimpse& glimpse, double* readings) {
-    *readings = signal_strength(glimpse) / strongest_signal(glimpse.scene);
+void sense_strengths(const Glimpse& glimpse, double* readings) {
+    for (unsigned channel = 0; channel < radio_channels(glimpse.scene); ++channel)
+        readings[channel] = signal_strength(glimpse, channel) / strongest_signal(glimpse.scene, channel);
 }
 
-// The nearest emitter that is heard, of the first channel; null if there is none.
-const swe_emitter_config* nearest_heard(const Glimpse& glimpse) {
+// The nearest emitter of a channel that is heard; null if there is none.
+const swe_emitter_config* nearest_heard(const Glimpse& glimpse, unsigned channel) {
     const swe_emitter_config* nearest = nullptr;
     double shortest = kNothing;
     for (const swe_emitter_config& emitter : glimpse.scene.emitters) {
         const double squared = distance_squared(glimpse.scene, emitter, glimpse.now, glimpse.robot);
-        if (emitter.channel != 0 || !is_heard(emitter, squared) || squared >= shortest) continue;
+        if (emitter.channel != channel || !is_heard(emitter, squared) || squared >= shortest) continue;
         nearest = &emitter, shortest = squared;
     }
     return nearest;
 }
 
 // Straight below or above the receiver an emitter has no bearing.
-void sense_bearing(const Glimpse& glimpse, double* readings) {
+void sense_bearing(const Glimpse& glimpse, unsigned channel, double* readings) {
     readings[0] = readings[1] = 0;
-    const swe_emitter_config* emitter = nearest_heard(glimpse);
+    const swe_emitter_config* emitter = nearest_heard(glimpse, channel);
     if (!emitter) return;
     const auto source = place_of(*emitter, glimpse.now);
     const Pose& me = glimpse.me();
@@ -64,10 +81,15 @@ void sense_bearing(const Glimpse& glimpse, double* readings) {
     if (x == 0 && y == 0) return;
     double bearing = std::atan2(y, x) - me.heading;
     if (glimpse.scene.noise.rf_bearing > 0) {
-        const auto words = glimpse.draw(Purpose::rf_bearing);
+        const auto words = glimpse.draw(Purpose::rf_bearing, channel);
         bearing += glimpse.scene.noise.rf_bearing * normal(words[0], words[1]);
     }
     readings[0] = std::cos(bearing), readings[1] = std::sin(bearing);
+}
+
+void sense_bearings(const Glimpse& glimpse, double* readings) {
+    for (unsigned channel = 0; channel < radio_channels(glimpse.scene); ++channel)
+        sense_bearing(glimpse, channel, readings + 2 * channel);
 }
 
 }  // namespace
@@ -112,7 +134,7 @@ double signal_strength(const Glimpse& glimpse, unsigned channel) {
     return strongest;
 }
 
-const Device kRf = {SWE_SENSOR_RF, one, sense_strength};
-const Device kRfBearing = {SWE_SENSOR_RF_BEARING, two, sense_bearing};
+const Device kRf = {SWE_SENSOR_RF, strengths, sense_strengths};
+const Device kRfBearing = {SWE_SENSOR_RF_BEARING, bearings, sense_bearings};
 
 }  // namespace swarmevo

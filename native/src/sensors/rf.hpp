@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The RF receiver on top of the robot's centre: how strong a signal is, and from where.
+// The RF receiver on top of the robot's centre: how strong the signal of each channel is, and from where. One that
+// hears nothing has readings as well, of the channel on which nobody sends.
 #pragma once
 
 #include "sensors/snapshot.hpp"

@@ -31,7 +31,7 @@ SensorSuite::SensorSuite(const swe_scene_config& checked) {
     for (unsigned i = 0; i < checked.robot.sensor_count; ++i) {
         const Device* device = find_device(checked.robot.sensors[i]);
         parts_.push_back({device, size_});
-        size_ += device->width(checked.sensors);
+        size_ += device->width(checked);
     }
 }
 

@@ -14,7 +14,7 @@ struct Glimpse;
 // A kind of sensor. Each has a file of its own in sensors/.
 struct Device {
     std::int32_t kind;                                        // SWE_SENSOR_*
-    unsigned (*width)(const swe_sensors_config& sensors);     // numbers in an observation
+    unsigned (*width)(const swe_scene_config& checked);       // numbers in an observation
     void (*sense)(const Glimpse& glimpse, double* readings);  // all of them
 };
 

@@ -29,8 +29,8 @@ Separation separate(const Glimpse& glimpse, unsigned number) {
     return glimpse.scene.movables[number].figure.separate(cosine * dx + sine * dy, cosine * dy - sine * dx);
 }
 
-unsigned width(const swe_sensors_config& sensors) {
-    return sensors.touch_count;
+unsigned width(const swe_scene_config& checked) {
+    return checked.sensors.touch_count;
 }
 
 }  // namespace

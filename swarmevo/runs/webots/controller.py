@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from swarmevo.config import Config, scene_info, surroundings
+from swarmevo.config import LIGHT, Config, scene_info, surroundings
 from swarmevo.errors import ExportError
 from swarmevo.runs.networks import literal, template
 from swarmevo.runs.webots.robot import GROUND_FULL
 from swarmevo.runs.webots.tables import EPUCK, Infrared
-from swarmevo.runs.webots.world import channel
 from swarmevo.simulation import layout
 
 _PARTS: Final[Mapping[str, Sequence[str]]] = {
@@ -81,6 +80,7 @@ def source(config: Config, infrared: Infrared) -> str:
 def _values(config: Config, infrared: Infrared) -> dict[str, str]:
     info, sensors, scene = scene_info(config), config.sensors, surroundings(config)
     emitters = scene.emitters or ()
+    scales = [layout.signal_scale(scene, i) for i in range(max(1, len(scene.radio_channels)))]
     bits = info.commands - 2
     return {
         "infrared": str(info.infrared),
@@ -93,9 +93,10 @@ def _values(config: Config, infrared: Infrared) -> dict[str, str]:
         "ground_full": literal(GROUND_FULL),
         "packet": str(1 + bits),
         "sources": str(len(emitters)),
-        "signal_most": literal(layout.signal_scale(scene)),
+        "channels": str(len(scales)),
+        "signal_most": ", ".join(map(literal, scales)),
         "source_rows": "".join(
-            f"    {{{int(channel(config, one) == 'source')}, {int(channel(config, one) == 'light')}, "
+            f"    {{{-1 if one.channel == LIGHT else scene.radio_channels.index(one.channel)}, "
             f"{literal(one.strength[0])}, {literal(one.strength[1])}}},\n"
             for one in emitters
         ),

@@ -16,7 +16,7 @@ from swarmevo.config import Config
 from swarmevo.runs.webots.tables import Infrared, table
 from swarmevo.runs.webots.vrml import Node, node
 
-CHANNEL: Final = {"source": 1, "range_and_bearing": 2, "light": 3, "other": 4}
+CHANNEL: Final = {"source": 1, "range_and_bearing": 2, "light": 3}
 """Of Webots' radio, for what is sent."""
 GROUND_FULL: Final = 1000.0
 """What a ground sensor returns above white, as that of Webots' E-puck."""

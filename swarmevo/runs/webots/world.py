@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from swarmevo.config import Config, Emitter, Movable, surroundings
+from swarmevo.config import LIGHT, Config, Emitter, Movable, surroundings
 from swarmevo.errors import ExportError
 from swarmevo.protocols import FloatArray
 from swarmevo.runs.webots.robot import CHANNEL, body, look, primitive
@@ -108,7 +108,7 @@ def world(
         ExportError: Webots has no such thing.
     """
     storeys, scene = Storeys.of(config), surroundings(config)
-    emitters = [(number, emitter, channel(config, emitter)) for number, emitter in enumerate(scene.emitters or ())]
+    emitters = [(number, emitter, channel(emitter)) for number, emitter in enumerate(scene.emitters or ())]
     nodes = [
         node(
             "WorldInfo",
@@ -301,11 +301,9 @@ def _movable(number: int, movable: Movable, pose: Sequence[float], storeys: Stor
 # ---- emitters --------------------------------------------------------------------------------------------------------
 
 
-def channel(config: Config, emitter: Emitter) -> str:
-    """Return which of ``CHANNEL`` an emitter sends on: RF sensors hear those that the robots home in on."""
-    if emitter.channel == layout.LIGHT:
-        return "light"
-    return "source" if emitter in layout.homing_emitters(surroundings(config)) else "other"
+def channel(emitter: Emitter) -> str:
+    """Return which of ``CHANNEL`` an emitter sends on: one for all of RF, as there is one receiver."""
+    return "light" if emitter.channel == LIGHT else "source"
 
 
 def _radio(number: int, emitter: Emitter, on: str, lower: float = 0.0) -> Node:

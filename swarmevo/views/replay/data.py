@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarmevo.analysis.recording import Recording
-from swarmevo.config import Config, scene_info, surroundings
+from swarmevo.config import LIGHT, Config, scene_info, surroundings
 from swarmevo.protocols import WHEELS, FloatArray
 from swarmevo.simulation import layout
 from swarmevo.views import text
@@ -80,7 +80,7 @@ def head(recording: Recording, title: str, subtitle: str, every: int = 1) -> dic
                 "position": emitter.position,
                 "range": emitter.range,
                 "rides_on": emitter.rides_on,
-                "label": scene.emitter_label(surrounding, emitter),
+                "label": text.emitter(surrounding, emitter),
             }
             for emitter in surrounding.emitters or ()
         ],
@@ -119,8 +119,8 @@ def _legend(config: Config) -> list[tuple[str, str]]:
     seen, sensed = surroundings(config), config.robot.sensors
     goals = seen.goals or ()
     marks = {
-        ("signal", "RF signal"): bool(layout.radio_emitters(seen)),
-        ("light", "light"): len(layout.radio_emitters(seen)) < len(seen.emitters or ()),
+        ("signal", "RF signal"): bool(seen.radio_channels),
+        ("light", "light"): any(emitter.channel == LIGHT for emitter in seen.emitters or ()),
         ("infrared", "infrared"): "infrared" in sensed,
         ("touch", "box sensor" if layout.has_one_box(seen) else "touch sensor"): "touch" in sensed
         and bool(seen.movables),

@@ -20,10 +20,9 @@ import numpy as np
 import umsgpack
 from meshcat.geometry import Box, Geometry
 
-from swarmevo.config import Config, Emitter, Surroundings, surroundings
+from swarmevo.config import LIGHT, Config, Emitter, Surroundings, surroundings
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation import layout
-from swarmevo.views import text
 from swarmevo.views.replay import epuck, shapes
 from swarmevo.views.replay.shapes import Command, Material, Part
 
@@ -72,14 +71,6 @@ def clipping(config: Config) -> list[list[float]]:
 
 
 # ---- the arena -------------------------------------------------------------------------------------------------------
-
-
-def emitter_label(scene: Surroundings, emitter: Emitter) -> str:
-    """Return what an emitter is called in its scene."""
-    if emitter.channel == layout.LIGHT:
-        return "light"
-    homing = layout.homing_emitters(scene)
-    return text.source(homing) if emitter in homing else text.words(emitter.channel)
 
 
 def extent(config: Config) -> float:
@@ -210,10 +201,10 @@ def _solid(
 def _emitter(scene: Surroundings, number: int, emitter: Emitter) -> Iterator[Part]:
     """Yield an emitter in its own frame, below its middle on the floor, where the player puts it."""
     path, z = f"emitters/{number}", emitter.position[2]
-    channels = list(dict.fromkeys(other.channel for other in layout.radio_emitters(scene)))
     colour, glow = _LIT
-    if emitter.channel != layout.LIGHT:
-        colour, glow = list(_CHANNELS.items())[channels.index(emitter.channel) % len(_CHANNELS)]
+    if emitter.channel != LIGHT:
+        channel = scene.radio_channels.index(emitter.channel)
+        colour, glow = list(_CHANNELS.items())[channel % len(_CHANNELS)]
     disc = shapes.Shape("CircleGeometry", radius=emitter.range, segments=96)
     layer = shapes.FLOOR_LAYERS["range"]
     yield Part(f"{path}/range/disc", disc, shapes.flat(colour, 0.10), shapes.at(z=layer), shadow=False)

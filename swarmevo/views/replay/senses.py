@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from swarmevo.config import Config, scene_info, surroundings
 from swarmevo.config.observations import READINGS
 from swarmevo.simulation import layout
+from swarmevo.views import text
 
 _INFRARED_HALF: Final = math.radians(10)  # as wide as a ray is drawn, at most
 
@@ -17,16 +18,18 @@ _INFRARED_HALF: Final = math.radians(10)  # as wide as a ray is drawn, at most
 def senses(config: Config) -> list[dict[str, Any]]:
     """Return each device of a robot, in the order of an observation, and the message that it sends.
 
-    Each has ``device``, ``name``, ``first`` and ``count`` of its readings in an observation, and a ``glyph``: a
-    ``rose`` of wedges at ``yaw`` and ``half`` as wide [rad], one for every ``stride`` readings, a ``level`` from
-    ``least`` to ``most``, a ``needle`` (cosine, sine), ``greys``, signed ``bars``, or ``bits``, which are no readings,
-    but what the robot sends.
+    A receiver of several channels is one for each. Each has ``device``, ``name``, ``first`` and ``count`` of its
+    readings in an observation, and a ``glyph``: a ``rose`` of wedges at ``yaw`` and ``half`` as wide [rad], one for
+    every ``stride`` readings, a ``level`` from ``least`` to ``most``, a ``needle`` (cosine, sine), ``greys``, signed
+    ``bars``, or ``bits``, which are no readings, but what the robot sends.
     """
     found, first = [], 0
     for device in config.robot.sensors:
-        count = len(READINGS[device](config.sensors))
-        found.append({"device": device, "first": first, "count": count, **_LOOKS[device](config)})
-        first += count
+        looks = list(_LOOKS[device](config))
+        count = len(READINGS[device](config)) // len(looks)
+        for look in looks:
+            found.append({"device": device, "first": first, "count": count, **look})
+            first += count
     if bits := scene_info(config).message:
         found.append({"device": "message", "name": "sends", "first": 0, "count": bits, "glyph": "bits"})
     return found
@@ -61,20 +64,28 @@ def _range_and_bearing(config: Config) -> dict[str, Any]:
     return {**look, "range": sensors.range_and_bearing_range}
 
 
-def _rf(config: Config) -> dict[str, Any]:
+def _channels(name: str, config: Config) -> list[str]:
+    """Return what a receiver's readings of each channel are called."""
+    return [name, *(f"{name} {text.words(channel)}" for channel in surroundings(config).radio_channels[1:])]
+
+
+def _rf(config: Config) -> Iterator[dict[str, Any]]:
     scene = surroundings(config)
-    least, most = (strength / layout.signal_scale(scene) for strength in layout.signal_range(scene))
-    return {"name": "RF", "glyph": "level", "least": least, "most": most}
+    for channel, name in enumerate(_channels("RF", config)):
+        scale = layout.signal_scale(scene, channel)
+        least, most = (strength / scale for strength in layout.signal_range(scene, channel))
+        yield {"name": name, "glyph": "level", "least": least, "most": most}
 
 
-_LOOKS: Final[Mapping[str, Callable[[Config], dict[str, Any]]]] = {
-    "infrared": _infrared,
-    "touch": _touch,
+_LOOKS: Final[Mapping[str, Callable[[Config], Iterable[dict[str, Any]]]]] = {
+    "infrared": lambda config: [_infrared(config)],
+    "touch": lambda config: [_touch(config)],
     "rf": _rf,
-    "rf_bearing": lambda _config: {"name": "RF bearing", "glyph": "needle"},
-    "range_and_bearing": _range_and_bearing,
-    "ground": lambda _config: {"name": "ground", "glyph": "greys"},
-    "light": lambda config: _sectors("light", config.sensors.light_sectors),
-    "odometry": lambda _config: {"name": "odometry", "glyph": "bars"},
-    "movable_motion": lambda _config: {"name": "movable motion", "glyph": "bars"},
+    "rf_bearing": lambda config: [{"name": name, "glyph": "needle"} for name in _channels("RF bearing", config)],
+    "range_and_bearing": lambda config: [_range_and_bearing(config)],
+    "ground": lambda _config: [{"name": "ground", "glyph": "greys"}],
+    "light": lambda config: [_sectors("light", config.sensors.light_sectors)],
+    "odometry": lambda _config: [{"name": "odometry", "glyph": "bars"}],
+    "movable_motion": lambda _config: [{"name": "movable motion", "glyph": "bars"}],
 }
+"""How each device is drawn; a receiver once for each channel."""

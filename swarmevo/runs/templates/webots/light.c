@@ -16,7 +16,7 @@ static double *sense_light(double *next) {
     int i;
     for (i = 0; i < SWARMEVO_LIGHT_SECTORS; ++i) next[i] = 0.0;
     for (i = 0; i < SWARMEVO_SOURCES; ++i) {
-        if (!sources[i].is_light || !is_heard(&lights[i])) continue;
+        if (sources[i].channel != -1 || !is_heard(&lights[i])) continue;
         const int sector = sector_of(lights[i].x, lights[i].y, SWARMEVO_LIGHT_SECTORS);
         const double reading = limited(lights[i].strength, sources[i].least, sources[i].most) / sources[i].most;
         if (reading > next[sector]) next[sector] = reading;

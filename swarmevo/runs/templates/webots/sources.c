@@ -1,9 +1,9 @@
 
 #define SWARMEVO_SOURCES $sources
-#define SWARMEVO_SIGNAL_MOST $signal_most
+#define SWARMEVO_CHANNELS $channels
 /* The scene's emitters; one row more, for C has no empty arrays. */
 static const struct {
-    int is_homed_in_on, is_light;
+    int channel; /* -1: a light */
     double least, most; /* signal strength */
 } sources[SWARMEVO_SOURCES + 1] = {
-$source_rows    {0, 0, 0.0, 0.0}};
+$source_rows    {-1, 0.0, 0.0}};
