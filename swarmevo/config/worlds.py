@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -34,6 +34,8 @@ FIXED: Final = {
 """Keys of the world that cannot differ within an evaluation, and why."""
 NORMAL_ENDS: Final = 3.0
 """A normal variate is cut off so many standard deviations from the mean."""
+MOST_DRAWS: Final = 1000
+"""How often an episode's world is drawn at most, until one can be."""
 WORLD_STREAM: Final = 0x30F1D
 """Sets the random numbers of ``vary`` apart from all others."""
 
@@ -73,14 +75,44 @@ class Worlds(Sequence[World]):
         """Return which world an episode is in. An individual's episodes go round the worlds."""
         return repeat % len(self._worlds)
 
-    def of_episode(self, seed: int, trial: int, generation: int, repeat: int) -> Config:
-        """Return the world of an episode, what varies drawn from the episode's own stream."""
+    def of_episode(
+        self,
+        seed: int,
+        trial: int,
+        generation: int,
+        repeat: int,
+        errors: Callable[[Config], Sequence[str]] = lambda _config: (),
+    ) -> Config:
+        """Return the world of an episode, what varies drawn from the episode's own stream until there are no errors.
+
+        Args:
+            seed: Of the episode's key, as the other three.
+            trial: Likewise.
+            generation: Likewise.
+            repeat: Likewise.
+            errors: What is wrong with a world that was drawn, as where two things overlap.
+
+        Raises:
+            ConfigError: None of ``MOST_DRAWS`` was without errors.
+        """
         config: Config = self._worlds[self.number_of(repeat)].config
         if not self.vary:
             return config
         stream = np.random.default_rng([seed, trial, generation, repeat, WORLD_STREAM])
-        drawn = {key: _draw(draw, paths.value_at(config, key), stream) for key, draw in self.vary.items()}
-        return _updated(config, drawn)
+        found: Sequence[str] = ()
+        for _ in range(MOST_DRAWS):
+            drawn = {key: _draw(draw, paths.value_at(config, key), stream) for key, draw in self.vary.items()}
+            try:
+                world = _updated(config, drawn)
+            except ConfigError as error:
+                found = error.errors
+                continue
+            if not (found := errors(world)):
+                return world
+        raise ConfigError(
+            f"vary: expected a world that can be among {MOST_DRAWS} draws for trial {trial}, generation {generation}, "
+            f"repeat {repeat}, got none; the last: {found[0]}"
+        )
 
 
 def world_errors(config: Config) -> list[str]:

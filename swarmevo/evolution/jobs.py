@@ -30,7 +30,7 @@ from swarmevo.evolution.results import COLUMNS, Place, Results, joined
 from swarmevo.plugins.checked import check_together, widest
 from swarmevo.plugins.team import Team, never
 from swarmevo.protocols import CHANNELS, Descriptor, FloatArray, Objective
-from swarmevo.simulation import EpisodeKey, parse_types
+from swarmevo.simulation import EpisodeKey, parse_types, scene_errors
 
 MOST_TEAMS: Final = 256
 """Kept by a thread, each in the world of an episode."""
@@ -166,7 +166,7 @@ class Setup:
         if place not in self._teams:
             if len(self._teams) >= MOST_TEAMS:
                 self._teams.clear()
-            self._teams[place] = self.team.in_world(self.worlds.of_episode(*key))
+            self._teams[place] = self.team.in_world(self.worlds.of_episode(*key, scene_errors))
         return self._teams[place]
 
     def _world_of(self, key: EpisodeKey) -> Hashable:

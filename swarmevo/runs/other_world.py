@@ -50,7 +50,7 @@ def ineffective(overrides: Sequence[str]) -> list[str]:
 
 def of_episode(settings: Config, key: EpisodeKey) -> Config:
     """Return the configuration of a stored episode: in its world, what varies as it was drawn."""
-    return Worlds(settings).of_episode(*key)
+    return Worlds(settings).of_episode(*key, simulation.scene_errors)
 
 
 def load(store: Store, overrides: Sequence[str]) -> Config:

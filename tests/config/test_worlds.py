@@ -152,6 +152,21 @@ def test_entries_of_lists_are_drawn_each_on_its_own() -> None:
     assert all(Config.model_validate_json(one.model_dump_json()) == one for one in seen[:20])
 
 
+def test_a_world_that_cannot_be_is_drawn_again() -> None:
+    worlds = Worlds(load_config("paper", ["vary={box.mass: {uniform: [0.2, 0.3]}}"]))
+
+    def errors(config: Config) -> list[str]:
+        return [f"box.mass: expected at least 0.27, got {config.box.mass:g}"] * (config.box.mass < 0.27)
+
+    first = [worlds.of_episode(1, 0, 0, repeat).box.mass for repeat in range(200)]
+    drawn = [worlds.of_episode(1, 0, 0, repeat, errors).box.mass for repeat in range(200)]
+    assert drawn == [worlds.of_episode(1, 0, 0, repeat, errors).box.mass for repeat in range(200)]
+    assert all(new == old if old >= 0.27 else new >= 0.27 for new, old in zip(drawn, first, strict=True))
+    assert np.mean(drawn) == pytest.approx(0.285, abs=3 * 0.03 / np.sqrt(12 * 200))
+    with pytest.raises(ConfigError, match=r"^vary: expected a world that can be among 1000 draws for .*: it is red$"):
+        worlds.of_episode(1, 0, 0, 0, lambda _config: ["it is red"])
+
+
 def test_whole_lists_of_sections_are_chosen() -> None:
     drawn = "vary={scene.movables: {choice: [[{}], [{pose: [0, 0.1, 0]}, {mass: 0.3}]]}}"
     worlds = Worlds(load_config("paper", [drawn]))

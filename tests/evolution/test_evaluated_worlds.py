@@ -14,7 +14,7 @@ import toy_plugins
 from swarmevo import config
 from swarmevo.analysis import fronts
 from swarmevo.config import Config
-from swarmevo.errors import EvaluationError
+from swarmevo.errors import ConfigError, EvaluationError
 from swarmevo.evolution.aggregation import OverWorlds
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.jobs import Job, Setup
@@ -259,3 +259,26 @@ def test_a_world_without_weight_changes_nothing(tmp_path: Path, run: Path) -> No
             return [store.generation(t, g).episodes["hash"].tolist() for t in (0, 1) for g in (0, 1)]
 
     assert hashes(plain) == hashes(named) != hashes(run)
+
+
+def test_an_obstacle_that_is_drawn_stands_clear(tmp_path: Path) -> None:
+    """Both ends of its range can be, what is between them is mostly on the box."""
+    region = "{uniform: [[-0.4, 0.345, 0], [0.4, 0.345, 0]]}"
+    folder = small_runs.make(
+        tmp_path / "run", "scene.obstacles=[{size: [0.04, 0.04, 0.1]}]", f"vary={{scene.obstacles.0.pose: {region}}}"
+    )
+    with Store.open(folder) as store:
+        assert verify(store, workers=1).is_sound
+        keys = [EpisodeKey(store.seed, trial, n, 0) for trial in store.trials() for n in range(50)]
+        drawn = [other_world.of_episode(store.config, key).scene.obstacles[0].pose[0] for key in keys]
+    assert min(map(abs, drawn)) >= 0.275 / 2 + 0.02
+    assert len(set(drawn)) == len(keys)
+    assert min(drawn) < -0.3 < 0.3 < max(drawn)
+
+
+def test_worlds_of_which_none_can_be_are_told(tmp_path: Path) -> None:
+    two = "vary={scene.obstacles.0.pose: {choice: [[0.3, 0.345, 0]]}, box.pose: {choice: [[0.3, 0.345, 0]]}}"
+    with pytest.raises(
+        ConfigError, match=r"^vary: expected a world .* trial 0, generation 0, repeat 0, got none; the "
+    ):
+        small_runs.make(tmp_path / "run", "scene.obstacles=[{size: [0.04, 0.04, 0.1], pose: [-0.4, 0, 0]}]", two)
