@@ -28,6 +28,7 @@ from swarmevo.config.models import (
 from swarmevo.config.observations import scene_info, sense_errors, smallest_observation
 from swarmevo.config.overrides import as_overrides, sets
 from swarmevo.config.reading import changed, dump, load, packaged, seeded
+from swarmevo.config.unread import idle_errors
 from swarmevo.config.worlds import World, Worlds, each_world, world_errors
 from swarmevo.errors import ConfigError
 
@@ -59,6 +60,7 @@ __all__ = [
     "did_you_mean",
     "dump",
     "each_world",
+    "idle_errors",
     "load",
     "packaged",
     "scene_info",

@@ -48,7 +48,8 @@ def load_config(source: str | Path | None, overrides: Sequence[str] = ()) -> Con
     """
 
     def errors(found: Config) -> list[str]:
-        return (simulation.scene_errors(found) or _world_errors(found)) + option_errors(found)
+        wrong = simulation.scene_errors(found) or _world_errors(found) or config.idle_errors(found, overrides)
+        return wrong + option_errors(found)
 
     return config.load(source, overrides, errors, settled_options)
 

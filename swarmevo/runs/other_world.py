@@ -90,7 +90,8 @@ def changed(settings: Config, overrides: Sequence[str], fixed: Mapping[str, str]
         raise ConfigError(*refused)
 
     def errors(found: config.Config) -> list[str]:
-        return config.sense_errors(settings, found) + simulation.scene_errors(found)
+        wrong = config.sense_errors(settings, found) + simulation.scene_errors(found)
+        return wrong or config.idle_errors(found, overrides)
 
     return config.changed(settings, overrides, errors)
 
