@@ -15,7 +15,7 @@ from swarmevo.config import Config
 from swarmevo.errors import ConfigError
 from swarmevo.plugins.team import load_config
 
-CONFIGS: Final = ("paper", "best", "robust", "shaped", "quick", *BASELINES)
+CONFIGS: Final = ("best", "robust", "shaped", "quick", *BASELINES)
 """That come with swarmevo."""
 OPTIONS: Final = {"optimiser": "--plugin", "evolution.seed": "--seed", "evolution.trials": "--trials"}
 """Of ``swarmevo evolve``, for keys that have one."""

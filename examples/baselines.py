@@ -142,6 +142,32 @@ class Clearer(Explorer):
         return np.where((touch.max(axis=-1) > 0)[..., np.newaxis], pushing, homing)
 
 
+class Pusher(Homer):
+    """Homes in on the source above the box; pushes on at a face near it, and goes on round the box from a far one."""
+
+    LEAVING = 40  # control steps away from a face: back at first, then in an arc
+
+    def start(self, genomes: FloatArray) -> None:
+        super().start(genomes)
+        self._pushing, self._leaving = (np.zeros(genomes.shape[:2]) for _ in range(2))  # control steps to go on with it
+
+    def act(self, observations: FloatArray) -> FloatArray:
+        observed = Observed(self._scene, observations)
+        homing, touch, signal = super().act(observations), observed.all("touch"), observed["rf"]
+        is_touching = touch.max(axis=-1) > 0
+        # The box moves away from the source: who has begun to push goes on while it touches.
+        goes_on = is_touching & ((signal > 0.95) | (self._pushing > 0))
+        self._pushing = np.where(goes_on, 10, np.maximum(self._pushing - 1, 0))
+        is_wrong = is_touching & (self._pushing == 0) & (self._leaving == 0)
+        self._leaving = np.where(is_wrong, self.LEAVING, np.maximum(self._leaving - 1, 0))
+
+        pushing = wheels(np.full_like(signal, 0.7), 0.3 * (touch * TOUCH_SIDE).sum(axis=-1))
+        is_backing = self._leaving > self.LEAVING - 8
+        leaving = wheels(np.where(is_backing, -0.8, 0.8), np.where(is_backing, -0.4, 0.3))
+        found = np.where((self._pushing > 0)[..., np.newaxis], pushing, homing)
+        return np.where((self._leaving > 0)[..., np.newaxis], leaving, found)
+
+
 BASELINES: Final[Mapping[str, Callable[[SceneInfo], Actor]]] = {
     "aggregation": lambda scene: Sectors(scene, "range_and_bearing", alike=True),
     "clearing": Clearer,
@@ -149,5 +175,6 @@ BASELINES: Final[Mapping[str, Callable[[SceneInfo], Actor]]] = {
     "foraging": Forager,
     "localisation": Homer,
     "phototaxis": lambda scene: Sectors(scene, "light", alike=False),
+    "paper": Pusher,
 }
 """For each task, by its configuration's name, its controller."""

@@ -82,7 +82,7 @@ def along(task: str, overrides: list[str]) -> tuple[Team, episode.Outcome, Float
     return team, outcome, one.observation[0], team.judge(done, np.zeros((1, team.space.size)), 0)[columns]
 
 
-@pytest.mark.parametrize("task", sorted(BASELINES))
+@pytest.mark.parametrize("task", tasks.TASKS)
 def test_observations_commands_and_objectives_are_the_librarys_along_its_own_episode(task: str) -> None:
     team, outcome, observation, objectives = along(task, QUIET)
     config = team.config
