@@ -32,8 +32,8 @@ from swarmevo.runs import other_world
 from swarmevo.runs.store import Store
 from swarmevo.runs.tests import GENERATION, StoredTests, world_of
 
-TEAM_SIZES: Final = range(1, 6)
-"""Rows of Table II."""
+TABLE_II_SIZES: Final = range(1, 6)
+"""Its rows."""
 REPEATS: Final = 5
 """Tests of each controller (paper VII)."""
 
@@ -43,9 +43,19 @@ _LARGEST_TEAM: Final = 64
 # ---- the tests -------------------------------------------------------------------------------------------------------
 
 
+def team_sizes(settings: Config) -> list[int]:
+    """Return the sizes of teams that are tested where nobody names any: those of Table II, and the one evolved.
+
+    Where each robot has a genome of its own there are no larger teams.
+    """
+    robots = settings.team.robots
+    sizes = {*TABLE_II_SIZES, robots}
+    return sorted(size for size in sizes if size <= robots or not settings.team.has_own_genomes)
+
+
 def assess(
     store: Store,
-    sizes: Sequence[int] = TEAM_SIZES,
+    sizes: Sequence[int] | None = None,
     repeats: int = REPEATS,
     robustness: bool = False,
     workers: int = 0,
@@ -60,7 +70,7 @@ def assess(
 
     Args:
         store: The run.
-        sizes: Of the teams: rows of the table.
+        sizes: Of the teams: rows of the table. None: :func:`team_sizes`.
         repeats: Tests of each controller and team size, at least; there may be more already.
         robustness: Also with other noise, other starts and the other bumpers.
         workers: Episodes at once; 0: one for each processor.
@@ -92,7 +102,7 @@ def assess(
 def assess_genomes(
     settings: Config,
     genomes: FloatArray,
-    sizes: Sequence[int] = TEAM_SIZES,
+    sizes: Sequence[int] | None = None,
     repeats: int = REPEATS,
     robustness: bool = False,
     workers: int = 0,
@@ -209,7 +219,7 @@ def assess_bench(
     bench: Bench,
     run: Config,
     settings: Config,
-    sizes: Sequence[int],
+    sizes: Sequence[int] | None,
     repeats: int,
     robustness: bool = False,
     until: Until | None = None,
@@ -229,6 +239,7 @@ def assess_bench(
         ConfigError, EvaluationError, InvalidArgument, Interrupted, SimulatorError, StoreError: As :func:`assess`.
     """
     until = until and settled(until, measures_of(settings, bench.objectives))
+    sizes = team_sizes(settings) if sizes is None else sizes
     teams = _teams(settings, (*sizes, run.team.robots))
     worlds = _worlds(settings) if robustness else {}
     bench.plan(repeats * (len(teams) + len(worlds) + 1))  # and once more for the census

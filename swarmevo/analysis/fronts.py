@@ -22,7 +22,7 @@ from swarmevo.analysis.course import history as history
 from swarmevo.analysis.dominance import hypervolume as hypervolume
 from swarmevo.analysis.dominance import non_dominated as non_dominated
 from swarmevo.analysis.dominance import volume as volume
-from swarmevo.analysis.measures import HOMING, PUSH, Measures, measures_of
+from swarmevo.analysis.measures import DELIVERED, HOMING, PUSH, Measures, measures_of
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget
 from swarmevo.protocols import BoolArray, Descriptor, IntArray, Objective
@@ -164,7 +164,12 @@ def most_successful(points: Sequence[FrontPoint], measures: Measures) -> FrontPo
     """
 
     def certain(point: FrontPoint) -> list[float]:
-        intervals = {**point.success_intervals, PUSH: point.push_interval, HOMING: point.homing_interval}
+        intervals = {
+            **point.success_intervals,
+            PUSH: point.push_interval,
+            DELIVERED: point.push_interval,
+            HOMING: point.homing_interval,
+        }
         return [intervals[rate][0] for rate in measures.rates]
 
     return max(points, key=certain)  # of equals the first

@@ -13,6 +13,8 @@ from swarmevo.simulation import layout
 
 PUSH: Final = "push"
 """Rate of episodes in which all movables have been at a goal: in the paper's scene, the box at the target wall."""
+DELIVERED: Final = "all_delivered"
+"""The same rate where it is not one box that is pushed."""
 HOMING: Final = "homing"
 """Rate of robots that came within the range of an emitter that they home in on."""
 
@@ -36,7 +38,7 @@ class Measures:
     def rates(self) -> list[str]:
         """Names of the rates of success, the first the one that matters most."""
         return [
-            *([PUSH] if self.push else []),
+            *([PUSH if self.one_box else DELIVERED] if self.push else []),
             *(objective.name for objective in self.successes),
             *([HOMING] if self.homing else []),
         ]

@@ -14,7 +14,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from swarmevo.analysis.measures import HOMING, PUSH, Measures
+from swarmevo.analysis.measures import DELIVERED, HOMING, PUSH, Measures
 from swarmevo.analysis.statistics import wilson
 from swarmevo.errors import InvalidArgument
 from swarmevo.evolution.results import Results
@@ -79,7 +79,7 @@ def successes(rate: str, tests: Results, objectives: Sequence[Objective]) -> Flo
         tests: Of one controller.
         objectives: That they were judged by.
     """
-    if rate == PUSH:
+    if rate in (PUSH, DELIVERED):
         return np.asarray(np.isfinite(tests["push_time"]), dtype=np.float64)
     if rate == HOMING:
         return np.asarray(np.isfinite(tests["homing_time"]).mean(axis=1), dtype=np.float64)

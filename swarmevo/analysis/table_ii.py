@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pydantic
 
-from swarmevo.analysis.measures import HOMING, PUSH, Measures
+from swarmevo.analysis.measures import DELIVERED, HOMING, PUSH, Measures
 from swarmevo.analysis.sequential import Decision, Until
 from swarmevo.protocols import FloatArray, Objective
 
@@ -73,7 +73,8 @@ class Outcome:
 
     def rate(self, name: str) -> float:
         """Return one of the rates that a task's :class:`~swarmevo.analysis.measures.Measures` name."""
-        return {PUSH: self.push_rate, HOMING: self.homing_rate, **self.success_rates}[name]
+        delivery = dict.fromkeys((PUSH, DELIVERED), self.push_rate)
+        return {**delivery, HOMING: self.homing_rate, **self.success_rates}[name]
 
 
 @dataclass(frozen=True)

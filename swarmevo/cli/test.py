@@ -59,8 +59,13 @@ def assess(
         typer.Option(metavar="FILE|RUN[:ID]", help="Test controllers of a JSON or CSV file, or of another run."),
     ] = None,
     robots: Annotated[
-        str, typer.Option(metavar="N|N-M", help="Test teams of these sizes, each a row of the table.")
-    ] = "1-5",
+        str | None,
+        typer.Option(
+            metavar="N|N-M",
+            help="Test teams of these sizes, each a row of the table; default: 1-5, and the size that was evolved.",
+            show_default=False,
+        ),
+    ] = None,
     repeats: Annotated[
         int | None,
         typer.Option(
@@ -77,7 +82,7 @@ def assess(
     rate: Annotated[
         str | None,
         typer.Option(
-            metavar="push|homing|OBJECTIVE",
+            metavar="push|all_delivered|homing|OBJECTIVE",
             help="Which rate --until means; default: the task's first.",
             show_default=False,
         ),
@@ -100,7 +105,7 @@ def assess(
     if wanted is None:
         without_effect(context, "without --until", "rate")
     tests = _Wanted(
-        sizes=team_sizes(robots),
+        sizes=None if robots is None else team_sizes(robots),
         repeats=repeats or (sequential.MOST if wanted else assessment.REPEATS),
         robustness=robustness,
         workers=worker_count(workers),
@@ -121,7 +126,7 @@ def assess(
 class _Wanted(TypedDict):
     """What shall be tested."""
 
-    sizes: list[int]
+    sizes: list[int] | None
     repeats: int
     robustness: bool
     workers: int

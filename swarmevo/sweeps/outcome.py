@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from swarmevo.analysis import fronts
-from swarmevo.analysis.measures import HOMING, PUSH, measures_of
+from swarmevo.analysis.measures import DELIVERED, HOMING, PUSH, measures_of
 from swarmevo.protocols import Objective
 from swarmevo.runs.store import Store
 from swarmevo.sweeps.folder import Cell, Sweep
@@ -114,7 +114,9 @@ def outcome(store: Store) -> Outcome:
 
 
 def _rate(point: fronts.FrontPoint, name: str) -> float:
-    return {PUSH: point.push_rate, HOMING: point.homing_rate}.get(name, point.success_rates.get(name, 0.0))
+    return {PUSH: point.push_rate, DELIVERED: point.push_rate, HOMING: point.homing_rate}.get(
+        name, point.success_rates.get(name, 0.0)
+    )
 
 
 def read(sweep: Sweep) -> Findings:

@@ -115,6 +115,17 @@ def test_the_evolved_team_is_tested_whatever_the_sizes(run: Path) -> None:
     assert all(one.tested.keys() == one.evolved.keys() for one in by_one.controllers)
 
 
+@pytest.mark.parametrize(
+    ("team", "sizes"),
+    [({"robots": 5}, [1, 2, 3, 4, 5]), ({"robots": 8}, [1, 2, 3, 4, 5, 8]), ({"robots": 1}, [1, 2, 3, 4, 5])],
+)
+def test_the_evolved_size_is_among_those_that_are_tested(team: dict[str, Any], sizes: list[int]) -> None:
+    settings = config.Config.model_validate({"team": team})
+    assert assessment.team_sizes(settings) == sizes
+    own = config.Config.model_validate({"team": {**team, "genomes": "individual"}})
+    assert assessment.team_sizes(own) == [size for size in sizes if size <= team["robots"]]
+
+
 def test_robustness_changes_the_world(run: Path) -> None:
     found = assess(run, robustness=True)
     names = [condition.name for condition in found.robustness]

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import inspect
 import pkgutil
 import re
 import subprocess
@@ -20,10 +19,7 @@ from typer.main import get_command
 import swarmevo
 from cli.conftest import Swarmevo, files
 from swarmevo import cli
-from swarmevo.analysis import assessment
 from swarmevo.cli import replay
-from swarmevo.cli.common import team_sizes
-from swarmevo.cli.test import assess
 from swarmevo.views.replay import video
 
 Install = Callable[..., Path]
@@ -157,12 +153,6 @@ def test_an_option_without_effect_is_refused(swarmevo_: Swarmevo, arguments: str
     assert (done.code, done.out) == (2, "")
     assert done.errors == [f"{WITHOUT_EFFECT[arguments]}; leave it out"]
     assert files() == {"small.yaml"}
-
-
-def test_the_defaults_of_test_are_those_of_the_analysis() -> None:
-    """They stand twice, so that --help imports nothing heavy."""
-    defaults = {name: parameter.default for name, parameter in inspect.signature(assess).parameters.items()}
-    assert team_sizes(defaults["robots"]) == list(assessment.TEAM_SIZES)
 
 
 # ---- help and usage errors -------------------------------------------------------------------------------------------

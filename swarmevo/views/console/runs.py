@@ -55,7 +55,7 @@ def _show_front(out: Console, title: str, summary: Summary, front: Sequence[Fron
             *map(text.number, point.objectives.values()),
             str(point.episodes),
             *_measured(summary, point),
-            f"{point.first_generation}-{point.last_generation}",
+            "-".join(map(str, dict.fromkeys((point.first_generation, point.last_generation)))),
             str(point.trial),
             str(point.genome),
         )
@@ -64,7 +64,7 @@ def _show_front(out: Console, title: str, summary: Summary, front: Sequence[Fron
 
 def _measures(summary: Summary) -> list[str]:
     measures = summary.measures
-    pushing, push = ("pushing", "push\n(s)") if measures.one_box else ("delivery", "taken\n(s)")
+    pushing, push = ("pushing", "push\n(s)") if measures.one_box else ("all\ndelivered", "taken\n(s)")
     return [
         *(["homing"] if measures.homing else []),
         *([pushing, push] if measures.push else []),

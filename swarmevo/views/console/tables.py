@@ -32,8 +32,8 @@ def show_assessment(found: Assessment, whose: str) -> None:
     if found.changes:
         out.print(f"In another world than that of evolution: {', '.join(found.changes)}")
     out.print(_table_ii(found) if found.measures.paper else _task(found))
-    if len(found.controllers) > 1 and found.measures.rates:
-        out.print(_most_successful(found))
+    if said := _most_successful(found):
+        out.print(said)
     if found.robustness:
         out.print(f"\nRobustness, {found.robustness[0].outcome.robots} robots")
         table = output.table("world", "changes", *_heads(found))
@@ -67,7 +67,12 @@ def _task(found: Assessment) -> Table:
 
 
 def _most_successful(found: Assessment) -> str:
+    """Return who succeeded most often; empty: nobody did, or there is one controller or no success alone."""
+    if len(found.controllers) < 2 or not found.measures.rates:
+        return ""
     best, name = found.most_successful, found.measures.rates[0]
+    if not any(one.rate(name) for one in best.outcomes):
+        return ""
     rates = ", ".join(f"{100 * one.rate(name):.1f}" for one in best.outcomes)
     sizes = ", ".join(str(one.robots) for one in best.outcomes)
     who = f"individual {best.genome} of trial {best.trial}"
@@ -76,7 +81,7 @@ def _most_successful(found: Assessment) -> str:
 
 def _heads(found: Assessment) -> list[str]:
     objectives = found.rows[0].objectives if found.rows else ()
-    pushing = "pushing" if found.measures.one_box else "delivery"
+    pushing = "pushing" if found.measures.one_box else "all delivered"
     heads = text.measured_heads(found.measures, objectives, "homing", pushing)
     return ["time" if head == "time taken" else text.plain(head) for head in heads]
 

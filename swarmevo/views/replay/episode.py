@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from swarmevo.analysis import assessment, shipped
-from swarmevo.analysis.measures import HOMING, PUSH, measures_of
+from swarmevo.analysis.measures import DELIVERED, HOMING, PUSH, measures_of
 from swarmevo.analysis.recording import Recording, record
 from swarmevo.config import Config
 from swarmevo.errors import ReplayError
@@ -97,7 +97,7 @@ def _most_successful(store: Store, episodes: Results) -> int:
     """Return the first of those episodes that did not fail and succeeded best in what matters most in the task."""
     measures = measures_of(store.config, store.objectives)
     rates = {
-        PUSH: ~np.isnan(episodes["push_time"]),
+        **dict.fromkeys((PUSH, DELIVERED), ~np.isnan(episodes["push_time"])),
         HOMING: np.count_nonzero(~np.isnan(episodes["homing_time"]), axis=1) / episodes["robots"],
     }
     rates |= {one.name: one.is_success(episodes["objective"][:, k]) for k, one in enumerate(store.objectives)}
