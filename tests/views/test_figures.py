@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.patches import FancyArrowPatch
+from matplotlib.colors import to_rgba
+from matplotlib.patches import Circle, FancyArrowPatch
 
 import small_runs
 from swarmevo.analysis import assessment, fronts
@@ -174,6 +175,26 @@ def test_paths_say_in_the_figure_what_is_what(run: Path) -> None:
         "robot at the start", "robot at the end", "box at the start", "box at the end", "source and its range",
         "target wall",
     ]  # fmt: skip
+
+
+def test_each_channel_of_emitters_has_its_colour(tmp_path: Path) -> None:
+    emitters = "scene.emitters=[{}, {channel: prey, reach: arena, position: [0.3, 0, 0.03]}, {channel: light}]"
+    run = small_runs.make(tmp_path / "run", emitters)
+    (axes,) = figures.paths(run).axes
+    names = ("source and its range", "prey", "light and its range")
+    marks = {str(mark.get_label()): mark.get_color() for mark in axes.get_legend().get_lines()}
+    assert set(names) <= marks.keys()
+    assert len({marks[name] for name in names}) == 3
+    stars = [line.get_color() for line in axes.lines if line.get_marker() == "*"]
+    assert stars == [marks[name] for name in names]
+    circles = [one.get_edgecolor() for one in axes.patches if isinstance(one, Circle) and one.get_linestyle() == ":"]
+    assert circles == [to_rgba(marks[name]) for name in names if "range" in name]
+
+
+def test_a_network_without_inputs_is_drawn(tmp_path: Path) -> None:
+    blind = ["robot.sensors=[]", "controller={elman: {bias: false}}", "fitness=[aggregation]"]
+    with Store.open(small_runs.make(tmp_path / "run", *blind)) as store:
+        held(figures.network(store, fronts.front(store)[0].genome))
 
 
 def test_a_plate_has_the_papers_figures(run: Path) -> None:

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from swarmevo.analysis import assessment
 from swarmevo.analysis.recording import Recording
-from swarmevo.config import Config, Surroundings, surroundings
+from swarmevo.config import LIGHT, Config, Emitter, Surroundings, surroundings
 from swarmevo.protocols import FloatArray
 from swarmevo.simulation import layout
 from swarmevo.views import text
@@ -41,6 +41,8 @@ AFTERWARDS: Final = 2.0
 """A path ends so long after all movables have come to a goal [s]."""
 _LETTERS: Final = 17
 """Of a sentence in small letters, on an inch."""
+_CHANNELS: Final = (style.PURPLE, style.SKY, style.VERMILLION, style.BLACK)
+"""Colours of emitters by channel, in turn; lights are yellow."""
 _MARGIN: Final = 0.6
 """Beside the axes [inches]."""
 
@@ -138,12 +140,11 @@ def _marks(scene: Surroundings) -> list[Line2D]:
         square = {**grey, "marker": "s" if movables[0].shape == "box" else "o"}
         marks.append(Line2D([], [], linestyle="--", color=style.INK, label=f"{what} at the start"))
         marks.append(Line2D([], [], **{**square, "color": style.ORANGE}, alpha=0.6, label=f"{what} at the end"))
-    if emitters := scene.emitters or ():
-        homing = layout.homing_emitters(scene)
-        name = text.source(homing) if len(homing) == len(emitters) else "emitter" if homing else "light"
-        marks.append(
-            Line2D([], [], color=style.PURPLE, marker="*", linestyle=":", markersize=8, label=f"{name} and its range")
-        )
+    for one in {emitter.channel: emitter for emitter in reversed(scene.emitters or ())}.values():
+        name = f"{text.emitter(scene, one)}{' and its range' if one.reach == 'range' else ''}"
+        line = ":" if one.reach == "range" else "none"
+        look: dict[str, Any] = {"color": _colour(scene, one), "marker": "*", "linestyle": line, "markersize": 8}
+        marks.append(Line2D([], [], **look, label=name))
     goals = scene.goals or ()
     if any(goal.wall for goal in goals):
         marks.append(Line2D([], [], color=style.GREEN, linewidth=4, label="target wall"))
@@ -217,12 +218,21 @@ def _arena(axes: Axes, settings: Config) -> None:
         spine.set_visible(False)
 
 
+def _colour(scene: Surroundings, emitter: Emitter) -> str:
+    """Return an emitter's colour, which is its channel's."""
+    if emitter.channel == LIGHT:
+        return style.YELLOW
+    return _CHANNELS[scene.radio_channels.index(emitter.channel) % len(_CHANNELS)]
+
+
 def _emitters(axes: Axes, scene: Surroundings, movables: FloatArray) -> None:
-    """Draw each emitter with its range; one that rides where the movables ``(movables, 3)`` carry it."""
+    """Draw each emitter, with its range if it has one; one that rides where the movables ``(movables, 3)`` carry it."""
     for emitter in scene.emitters or ():
         x, y = layout.emitter_places(emitter, movables)
-        axes.add_patch(patches.Circle((x, y), emitter.range, fill=False, edgecolor=style.PURPLE, linestyle=":"))
-        axes.plot(x, y, "*", color=style.PURPLE, markersize=9, zorder=4)
+        colour = _colour(scene, emitter)
+        if emitter.reach == "range":
+            axes.add_patch(patches.Circle((x, y), emitter.range, fill=False, edgecolor=colour, linestyle=":"))
+        axes.plot(x, y, "*", color=colour, markersize=9, zorder=4)
 
 
 def _solid(axes: Axes, shape: str, size: Sequence[float], pose: FloatArray, **look: Any) -> None:

@@ -63,7 +63,7 @@ def has_network(settings: Config, genome: FloatArray) -> bool:
 
 def _picture(drawn: Network, inputs: Sequence[str], info: SceneInfo, width: float) -> Picture:
     outputs, hidden = info.command_names, drawn.hidden
-    names = [_GAP + max(4, *map(len, names)) * _LETTER for names in (inputs, outputs)]  # inches
+    names = [_GAP + max([4, *map(len, names)]) * _LETTER for names in (inputs, outputs)]  # inches
     unit = max(0.5, (width - sum(names)) / 2)  # from a column to the next, inches
     margins = [room / unit for room in names]
     with style.picture(width, max(0.8 * width, _LINE * max(len(inputs), len(outputs)))) as picture:
