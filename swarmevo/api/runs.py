@@ -11,7 +11,7 @@ from typing import Any
 
 from swarmevo import config as configuration
 from swarmevo.analysis import assessment, fronts, tracking
-from swarmevo.analysis.assessment import REPEATS, TEAM_SIZES
+from swarmevo.analysis.assessment import REPEATS
 from swarmevo.analysis.fronts import Summary
 from swarmevo.analysis.table_ii import Assessment
 from swarmevo.api.individuals import Front, Individual
@@ -37,7 +37,18 @@ def load_config(source: str | os.PathLike[str] | None = None, set: Mapping[str, 
     Raises:
         ConfigError: With everything that is wrong.
     """
-    return team.load_config(os.fspath(source) if source else None, configuration.as_overrides(set or {}))
+    return team.load_config(_named(source), configuration.as_overrides(set or {}))
+
+
+def _named(source: str | os.PathLike[str] | None) -> str | None:
+    """Return the file or name of a configuration."""
+    try:
+        return os.fspath(source) if source else None
+    except TypeError:
+        expected = "a YAML file, the name of a packaged configuration or a Config"
+        raise ConfigError(
+            f"config: expected {expected}, got {type(source).__name__}; single keys are for set"
+        ) from None
 
 
 def evolve(
@@ -77,7 +88,8 @@ def evolve(
     if isinstance(config, Config):
         settings, name = configuration.changed(config, given), "run"
     else:
-        settings, name = team.load_config(os.fspath(config) if config else None, given), Path(config or "quick").stem
+        source = _named(config)
+        settings, name = team.load_config(source, given), Path(source or "quick").stem
     settings = configuration.seeded(settings)
     _backend(scheduler, workers)  # refused before a folder is made
     trackers.check(log)
@@ -175,9 +187,7 @@ class Run:
             individuals = [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]
         return Front(individuals, self.objectives, self.folder.name)
 
-    def table_ii(
-        self, sizes: tuple[int, ...] = tuple(TEAM_SIZES), repeats: int = REPEATS, workers: int = 0
-    ) -> Assessment:
+    def table_ii(self, sizes: tuple[int, ...] | None = None, repeats: int = REPEATS, workers: int = 0) -> Assessment:
         """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.
 
         Tests add up in the run folder: only those are run that are not stored, and there may be more than ``repeats``.

@@ -19,8 +19,10 @@ def as_overrides(settings: Mapping[str, Any]) -> list[str]:
     """Return ``{"section.key": value}`` as overrides.
 
     Raises:
-        ConfigError: A value is none that YAML has.
+        ConfigError: There are no keys with values, or a value is none that YAML has.
     """
+    if not isinstance(settings, Mapping):
+        raise ConfigError(f'set: expected {{"section.key": value}}, got {shown(settings)}')
     return [f"{key}={_as_yaml(str(key), value)}" for key, value in settings.items()]
 
 

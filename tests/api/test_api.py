@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +99,19 @@ def test_a_configuration_that_was_read_can_be_changed(tmp_path: Path) -> None:
     )
     assert (made.config.evolution.trials, made.config.noise.infrared, made.seed) == (1, 0.0, 9)
     assert settings.evolution.trials == 2
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: se.load_config({"team": {}}), "config: expected a YAML file, .*, got dict; single keys are for set"),  # type: ignore[arg-type]
+        (lambda: se.evolve(3), "config: expected a YAML file, .*, got int; "),  # type: ignore[arg-type]
+        (lambda: se.load_config("quick", ["team.robots=3"]), "set: expected .*, got "),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_configuration_is_one_line(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(se.ConfigError, match=f"^{message}"):
+        call()
 
 
 @pytest.mark.parametrize(

@@ -98,6 +98,11 @@ def test_worlds_and_set_take_whole_lists() -> None:
         ({"obstacles": [{"pose": [0, 0.3, 0]}]}, "box.pose: expected it clear of scene.obstacles[0]"),
         ({"movables": [PUCK | {"pose": [0.48, 0, 0]}]}, "scene.movables[0].pose: expected it inside the arena"),
         ({"movables": [PUCK | {"size": [0.06, 0.07, 0.03]}]}, "scene.movables[0].size: expected a cylinder's diameter"),
+        ({"patches": [{"shape": "cylinder", "size": [0.2, 0.9]}]}, "scene.patches[0].size: expected a disc's diameter"),
+        (
+            {"movables": [PUCK | {"size": [1.1, 1.1, 0.03], "start": "random"}]},
+            "scene.movables[0].start_region: expected an arena in which a disc of 1.1 m fits, got one of 1 m",
+        ),
         ({"movables": [PUCK | {"size": [0.06, 0.06, 0.2]}]}, "scene.movables[0].size: expected one that slides"),
         ({"emitters": [{"rides_on": 3}]}, "scene.emitters[0].rides_on: expected one of the 1 movables, got 3"),
         (

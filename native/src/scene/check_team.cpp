@@ -76,6 +76,11 @@ void check_region(Check& check, const std::string& name, const double (&region)[
     bool good = true;
     for (const int axis : {0, 1}) {
         const double low = arena.bounds()[2 * axis] + radius, high = arena.bounds()[2 * axis + 1] - radius;
+        if (low > high) {
+            check.fail(name + ": expected an arena in which a disc of " + number(2 * radius) + " m fits, got one of " +
+                       number(high - low + 2 * radius) + " m");
+            return;
+        }
         for (const int i : {2 * axis, 2 * axis + 1})
             good &= check.range(name + "[" + std::to_string(i) + "]", region[i], low, high, "m (inside the arena)");
     }
@@ -93,7 +98,8 @@ void check_region(Check& check, const std::string& name, const double (&region)[
     const bool is_sparse = share >= kLeastFreeShare && discs * disc <= kDensestRandomStart * free;
     if (!always_leaves_room && !is_sparse)
         check.fail(name + ": expected a place for each of " + std::to_string(discs) +
-                   ", clear of all that stands there and of each other, got " + number(std::max(0.0, free)) +
+                   ", clear of all that stands there" + (moving > 0 ? ", of movables that are drawn" : "") +
+                   " and of each other, got " + number(std::max(0.0, free)) +
                    " m^2 for their centres: enlarge it or move it away");
 }
 

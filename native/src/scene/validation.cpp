@@ -48,7 +48,7 @@ void check_slides(Check& check, const std::string& name, const swe_movable_confi
     const double highest = m.feet * std::min(m.size[0], m.size[1]) / m.friction;
     if (m.friction > 0 && m.size[2] > highest)
         check.fail(name + ".size: expected one that slides before it tips, at most " + number(highest) +
-                   " m high (its shorter side over " + name + ".friction), got " + number(m.size[2]) + " m");
+                   " m high (its shorter side by " + name + ".feet, over .friction), got " + number(m.size[2]) + " m");
 }
 
 void check_size(Check& check, const std::string& name, std::int32_t shape, const double (&size)[3]) {
@@ -93,7 +93,11 @@ void check_ground(Check& check, const swe_ground_config& ground) {
     for (unsigned i = 0; i < ground.n_patches; ++i) {
         const std::string name = "ground.patches[" + std::to_string(i) + "]";
         check.choice(name + ".shape", ground.patches[i].shape, SWE_SHAPE_CYLINDER);
-        check.ranges(name + ".size", ground.patches[i].size, 0.001, 1000, "m");
+        const double* size = ground.patches[i].size;
+        if (check.ranges(name + ".size", ground.patches[i].size, 0.001, 1000, "m") &&
+            ground.patches[i].shape == SWE_SHAPE_CYLINDER && size[0] != size[1])
+            check.fail(name + ".size: expected a disc's diameter twice, got " + number(size[0]) + ", " +
+                       number(size[1]));
         check.ranges(name + ".pose", ground.patches[i].pose, -100, 100, "");
         check.range(name + ".grey", ground.patches[i].grey, 0, 1, "");
     }

@@ -153,8 +153,8 @@ TEST_CASE("a box that its friction with the floor tips is refused") {
     CHECK(errors_of(fixture.config) == "");
     size[2] = 0.23;
     CHECK(errors_of(fixture.config) ==
-          "movables[0].size: expected one that slides before it tips, at most 0.225 m high (its shorter side over "
-          "movables[0].friction), got 0.23 m");
+          "movables[0].size: expected one that slides before it tips, at most 0.225 m high (its shorter side by "
+          "movables[0].feet, over .friction), got 0.23 m");
     fixture.config.movables[0].friction = 0;
     CHECK(errors_of(fixture.config) == "");
     size[0] = size[1] = 0.01;
