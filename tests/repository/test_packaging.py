@@ -14,7 +14,7 @@ from packaging.requirements import Requirement
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 RECIPE: dict[str, Any] = yaml.safe_load((ROOT / "packaging/conda/recipe.yaml").read_text())
-CONDA_NAMES = {"meshcat": "meshcat-python", "matplotlib": "matplotlib-base"}
+CONDA_NAMES = {"meshcat": "meshcat-python", "matplotlib": "matplotlib-base", "moocore": "python-moocore"}
 
 
 def test_the_recipe_has_the_projects_version_and_what_it_needs() -> None:
