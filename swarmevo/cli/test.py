@@ -82,8 +82,9 @@ def assess(
     rate: Annotated[
         str | None,
         typer.Option(
-            metavar="push|all_delivered|homing|OBJECTIVE",
-            help="Which rate --until means; default: the task's first.",
+            metavar="NAME",
+            help="Which rate --until means: push (all_delivered where it is not one box), homing, or an objective's; "
+            "default: the task's first.",
             show_default=False,
         ),
     ] = None,

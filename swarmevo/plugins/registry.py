@@ -51,7 +51,7 @@ _ALL_GROUPS = {**GROUPS, "tracker": "swarmevo.trackers"}
 """Of those that decide nothing, too."""
 
 RIVALS = frozenset(
-    {"cma", "cma_mae", "como_cma", "gde3", "map_elites", "moead", "nsga2", "nsga3", "random", "sms_emoa"}
+    {"cma", "cma_mae", "como_cma", "gde3", "map_elites", "moead", "nsga2", "nsga3", "random", "sms_emoa", "spea2"}
 )
 """The optimisers of swarmevo-rivals, which may not be installed."""
 INSTALL_RIVALS = "pip install swarmevo_rivals-*.whl, or plugins/swarmevo_rivals of a checkout"
