@@ -123,7 +123,8 @@ def occupancy(run: Run | Recording, genome: int | None = None, width: float = st
         )
         bar.outline.set_visible(False)
         said = f"{text.count(len(seen.episodes), 'test')}, {text.horizon(seen.config.episode.horizon)} each"
-        style.note(axes, said + ("\noutlines: movables at each end" if scene.movables else ""))
+        what = "the box" if layout.has_one_box(scene) else "movables"
+        style.note(axes, said + (f"\noutlines: {what} at each end" if scene.movables else ""))
         picture.draw_without_rendering()  # only then are the bar's ticks known, for which the layout leaves room
         return picture
 
