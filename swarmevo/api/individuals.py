@@ -364,4 +364,4 @@ def _rates(found: Outcome, measures: Measures, scene: Surroundings) -> Iterator[
         yield text.delivery(scene), text.rate(found.push_rate, found.push_time), found.push_rate
     for objective in measures.successes:
         rate = found.success_rates[objective.name]
-        yield text.success(objective), text.percent(rate), rate
+        yield text.plain(text.success(objective)), text.percent(rate), rate
