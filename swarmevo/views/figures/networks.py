@@ -94,7 +94,7 @@ def _legend(axes: Axes, has_memory: bool) -> None:
         axes.plot([], [], color=colour, linewidth=2, label=name)
     if has_memory:
         axes.plot([], [], color=style.INK, linewidth=1, linestyle="--", label="recurrent (ring: on itself)")
-    axes.legend(loc="lower center", ncols=3, bbox_to_anchor=(0.5, -0.04))
+    axes.legend(loc="lower center", ncols=3, bbox_to_anchor=(0.5, -0.04), columnspacing=1, handlelength=1.4)
 
 
 def _colour(name: str) -> str:
