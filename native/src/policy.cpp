@@ -58,7 +58,8 @@ Network compact(const Eigen::Map<const RowMajor>& input_hidden, const Eigen::Map
     Network network{Eigen::MatrixXd(units, observations), Eigen::VectorXd::Zero(units),
                     Eigen::MatrixXd(commands, units), Eigen::VectorXd::Zero(commands), config.activation};
     for (Eigen::Index i = 0; i < units; ++i) {
-        network.input_hidden.row(i) = input_hidden.row(active[i]).head(observations);
+        if (observations > 0)  // else there is no data to point into
+            network.input_hidden.row(i) = input_hidden.row(active[i]).head(observations);
         network.hidden_output.col(i) = hidden_output.col(active[i]);
         if (config.bias) network.hidden_bias[i] = input_hidden(active[i], observations);
     }
