@@ -13,7 +13,7 @@ from pathlib import Path
 
 from swarmevo import plugins
 from swarmevo._version import __version__
-from swarmevo.config import Config
+from swarmevo.config import Config, load, packaged
 from swarmevo.plugins.calls import one_line
 from swarmevo.simulation.library import libm
 
@@ -45,6 +45,7 @@ def examine() -> list[Finding]:
         _look("ODE", _ode),
         _look("world", _world),
         *_plugins(),
+        *_rivals(),
     ]
 
 
@@ -104,12 +105,23 @@ def _plugins() -> Iterator[Finding]:
     for name in sorted({entry.name for entry in entries}):
         for report in plugins.check(name):
             entry = report.entry
-            text, advice = entry.origin, ""
-            if report.error:
-                text, advice = report.error, f"repair or uninstall {entry.distribution}"
-            yield Finding(f"{entry.kind} {entry.name}", text, advice)
+            text, advice = report.error or entry.origin, ""
+            if report.lacks_library:  # its distribution can do without
+                advice = f"if you want {entry.name}, install what it needs"
+            elif report.error:
+                advice = f"repair or uninstall {entry.distribution}"
+            yield Finding(f"{entry.kind} {entry.name}", text, advice, is_fault=not report.lacks_library)
     found = {(entry.kind, entry.name) for entry in entries}
     for kind in plugins.GROUPS:
         for name in getattr(Config(), kind):
             if (kind, name) not in found:
                 yield Finding(f"{kind} {name}", "not installed", REINSTALL)
+
+
+def _rivals() -> Iterator[Finding]:
+    """Look for the configurations that come with swarmevo whose optimiser does not."""
+    installed = {entry.name for entry in plugins.discover() if entry.kind == "optimiser"}
+    for name in packaged():
+        for lacking in sorted(plugins.RIVALS.intersection(load(name).optimiser) - installed):
+            text = f"optimiser.{lacking} of swarmevo-rivals is not installed"
+            yield Finding(f"configuration {name}", text, plugins.INSTALL_RIVALS, is_fault=False)
