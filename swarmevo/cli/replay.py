@@ -24,7 +24,6 @@ from swarmevo.cli.common import (
 )
 
 _SIDE_BY_SIDE = 8  # replays in a page
-_FILMS = (".webp", ".mp4")
 
 
 @app.command(
@@ -105,8 +104,6 @@ def replay(
     if video:
         from swarmevo.views.replay import video as replay_video
 
-        if video.suffix not in _FILMS:
-            exit_with(USAGE, f"--video {video}: expected a name that ends in {' or '.join(_FILMS)}")
         replay_video.check(video)
     if run is None:
         without_effect(context, "with --best", "live", "generation", "force")

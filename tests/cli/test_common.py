@@ -19,8 +19,6 @@ from typer.main import get_command
 import swarmevo
 from cli.conftest import Swarmevo, files
 from swarmevo import cli
-from swarmevo.cli import replay
-from swarmevo.views.replay import video
 
 Install = Callable[..., Path]
 
@@ -201,11 +199,6 @@ def test_help_says_of_what_is_written_that_its_folder_is_made(monkeypatch: pytes
     for command, option in (("report", "html"), ("report", "figures"), ("compare", "html"), ("replay", "html")):
         told = " ".join(shown(command, 80, monkeypatch, capsys).split())
         assert re.search(rf" --{option} (FILE|DIR) [^-]* (whose folder|which) is made", told)
-
-
-def test_the_endings_of_films_are_those_that_are_written() -> None:
-    """They stand twice, so that a wrong one is wrong usage."""
-    assert tuple(video._WRITERS) == replay._FILMS
 
 
 def test_help_has_no_types_of_python(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:

@@ -750,7 +750,7 @@ def test_a_film_is_made(file: Path, tmp_path: Path) -> None:
 
 
 def test_what_a_film_needs_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ReplayError, match=r"expected a name that ends in \.webp or \.mp4"):
+    with pytest.raises(ConfigError, match=r"expected a name that ends in \.webp or \.mp4"):
         replay_video.check(Path("film.gif"))
     monkeypatch.setattr(shutil, "which", lambda name: "/bin/true" if name == "chromium" else None)
     with pytest.raises(ReplayError, match="an mp4 needs ffmpeg: apt-get install ffmpeg"):

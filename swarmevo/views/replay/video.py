@@ -28,7 +28,7 @@ from typing import Any, Final, Self
 from PIL import Image
 from PIL.TiffImagePlugin import AppendingTiffWriter
 
-from swarmevo.errors import ReplayError
+from swarmevo.errors import ConfigError, ReplayError
 from swarmevo.runs import files
 
 PROGRAMS: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -78,10 +78,11 @@ def check(file: Path) -> None:
     """Refuse what cannot be made here, before any work is done.
 
     Raises:
-        ReplayError: Chromium, or ffmpeg for an mp4, is not installed; or the file's ending is unknown.
+        ConfigError: The file's ending is unknown.
+        ReplayError: Chromium, or ffmpeg for an mp4, is not installed.
     """
     if file.suffix not in _WRITERS:
-        raise ReplayError(f"--video {file}: expected a name that ends in {' or '.join(_WRITERS)}")
+        raise ConfigError(f"--video {file}: expected a name that ends in {' or '.join(_WRITERS)}")
     if _chromium() is None:
         raise ReplayError("--video needs Chromium, and there is none; install it: apt-get install chromium")
     if file.suffix == ".mp4" and shutil.which("ffmpeg") is None:
