@@ -118,6 +118,13 @@ class Obstacle(Section):
     """Of a wall [m]."""
 
 
+def _is_a_channel(name: str) -> str:
+    """Refuse a channel whose strength would be named as another one's bearing is: ``rf_bearing_cos``."""
+    if name.startswith("bearing"):
+        raise ValueError(f"expected a name that does not begin with bearing, got {name}")
+    return name
+
+
 class Emitter(Section):
     """The RF source that the robots home in on, where `scene.emitters` names nothing."""
 
@@ -129,7 +136,7 @@ class Emitter(Section):
     """Smallest and largest signal strength S (paper eq. 1)."""
     reach: Literal["range", "arena"] = "range"
     """Whether S is heard within `range` only, or in the whole arena."""
-    channel: str = Field(default="rf", pattern="^[a-z][a-z0-9_]{0,31}$")
+    channel: Annotated[str, Field(pattern="^[a-z][a-z0-9_]{0,31}$"), AfterValidator(_is_a_channel)] = "rf"
     """RF receivers tell one channel from another; `light` is for light sensors alone. Robots home in on the first
     other channel."""
     rides_on: int | None = Field(default=None, ge=0, le=31)

@@ -321,6 +321,11 @@ def test_each_channel_has_readings_of_its_own() -> None:
     assert (seen["observation"][..., [2, 4]] != 0).any(axis=(0, 1, 2)).all()
 
 
+def test_no_channel_has_the_name_of_anothers_bearing() -> None:
+    with pytest.raises(ConfigError, match=r"^scene\.emitters\[1\]\.channel: expected a name that does not begin with"):
+        world("scene.emitters=[{}, {channel: bearing_cos}]", sensors="[rf, rf_bearing]")
+
+
 def test_the_last_of_the_most_channels_is_no_light() -> None:
     emitters = [f"{{channel: rf{i}, position: [0, 0, 0.1], range: 10, strength: [0, {i + 1}]}}" for i in range(16)]
     seen = still(world(f"scene.emitters=[{', '.join(emitters)}]", sensors="[rf, light]"))["observation"]
