@@ -279,12 +279,12 @@ the way. The map searches, `map_elites` and `cma_mae`, are on the paper's task a
 describes, which is `box_end`, and the other tasks have no box.
 
 All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are shares of
-what there could be, of all tests, so that luck in them helps a larger front a little; medians, least and largest over
-the trials. Who is the best of a front by the first objective one half of the tests says, and the other half how good it
-is. *Better than PDE's* is how often a trial is better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's
-95 % interval. p is by Mann and Whitney, adjusted by Holm for the pairs shown, each optimiser with `pde` in one measure
-of one task; how the others differ from each other is not tested here ([Comparing runs](../comparing.md) does it for all
-pairs).
+what there could be, of all tests, so that luck in them helps a larger front a little; a small difference may be that.
+Medians, least and largest over the trials. Who is the best of a front by the first objective one half of the tests
+says, and the other half how good it is. *Better than PDE's* is how often a trial is better than one of `pde`: Vargha
+and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted by Holm for the pairs shown,
+each optimiser with `pde` in one measure of one task; how the others differ from each other is not tested here
+([Comparing runs](../comparing.md) does it for all pairs).
 """
 
 
