@@ -365,7 +365,8 @@ def check(seen: Sequence[Moment]) -> dict[str, Check]:
     for name, readings_of_all in expected.items():
         truth, found = np.array(readings_of_all), np.array([moment.observations[name] for moment in seen])
         counts: BoolArray = np.array(clear, dtype=np.bool_) if name == "touch" else np.ones(truth.shape, dtype=np.bool_)
-        rest = {"rf": 1 / 30, "ground": 0.5}.get(name, 0.0)
+        rests = {"rf": [1 / 30, 1 / 20], "ground": [0.5]}  # of the first channel and the prey's
+        rest = np.array(rests.get(name, [0.0]))
         off = np.abs(found - truth)[counts]
         checks[name] = Check(
             truth.size, int((np.abs(truth - rest) > 1e-9).sum()), float(off.max()), int((~counts).sum())
