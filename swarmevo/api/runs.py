@@ -190,6 +190,7 @@ class Run:
     def table_ii(self, sizes: tuple[int, ...] | None = None, repeats: int = REPEATS, workers: int = 0) -> Assessment:
         """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.
 
+        Without ``sizes`` they are one to five, and that which was evolved.
         Tests add up in the run folder: only those are run that are not stored, and there may be more than ``repeats``.
 
         Raises:
