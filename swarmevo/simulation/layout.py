@@ -120,6 +120,11 @@ def homing_emitters(scene: Surroundings) -> tuple[Emitter, ...]:
     return radio_emitters(scene, 0)
 
 
+def has_range(scene: Surroundings, emitter: Emitter) -> bool:
+    """Whether an emitter's range means something: it is heard no farther, or robots are home within it."""
+    return emitter.reach == "range" or emitter in homing_emitters(scene)
+
+
 def signal_range(scene: Surroundings, channel: int = 0) -> tuple[float, float]:
     """Return the strength of a channel's signal out of range of all its emitters, and at the strongest."""
     strengths = [emitter.strength for emitter in radio_emitters(scene, channel)] or [(0.0, 0.0)]

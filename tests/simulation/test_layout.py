@@ -77,6 +77,15 @@ def test_each_channel_has_signals_of_its_own() -> None:
     assert (layout.signal_range(scene), layout.signal_scale(scene)) == ((3.0, 40.0), 40.0)
     assert (layout.signal_range(scene, 1), layout.signal_scale(scene, 1)) == ((2.0, 90.0), 90.0)
     assert [one.strength[1] for one in layout.homing_emitters(scene)] == [40.0, 30.0]
+    assert all(layout.has_range(scene, one) for one in scene.emitters or ())
+    heard_everywhere = Surroundings.model_validate({"emitters": [one | {"reach": "arena"} for one in emitters]})
+    # Robots are home within the range of those of the first channel.
+    assert [layout.has_range(heard_everywhere, one) for one in heard_everywhere.emitters or ()] == [
+        False,
+        True,
+        False,
+        True,
+    ]
     nothing = Surroundings(emitters=())
     assert (layout.signal_range(nothing), layout.signal_scale(nothing)) == ((0.0, 0.0), 1.0)
 

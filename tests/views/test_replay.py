@@ -287,6 +287,13 @@ def geometries(settings: Config) -> dict[str, dict[str, Any]]:
     return {command["path"]: command["object"]["geometries"][0] for command in commands}
 
 
+def test_an_emitter_that_is_heard_everywhere_and_is_no_home_has_no_range(settings: Config) -> None:
+    emitters = "[{reach: arena}, {channel: prey, reach: arena, position: [0.3, 0, 0.03]}, {channel: light}]"
+    shapes = geometries(config.changed(settings, [f"scene.emitters={emitters}"]))
+    discs = [path for path in shapes if path.endswith(("range/disc", "range/edge"))]
+    assert discs == [f"/emitters/{i}/range/{part}" for i in (0, 2) for part in ("disc", "edge")]
+
+
 def test_a_sprung_bumper_is_the_rim_around_a_smaller_body(settings: Config) -> None:
     shapes = geometries(settings)
     for robot in range(5):

@@ -142,8 +142,9 @@ def _marks(scene: Surroundings) -> list[Line2D]:
         marks.append(Line2D([], [], linestyle="--", color=style.INK, label=f"{what} at the start"))
         marks.append(Line2D([], [], **{**square, "color": style.ORANGE}, alpha=0.6, label=f"{what} at the end"))
     for one in {emitter.channel: emitter for emitter in reversed(scene.emitters or ())}.values():
-        name = f"{text.emitter(scene, one)}{' and its range' if one.reach == 'range' else ''}"
-        line = ":" if one.reach == "range" else "none"
+        name, line = text.emitter(scene, one), "none"
+        if layout.has_range(scene, one):
+            name, line = f"{name} and its range", ":"
         look: dict[str, Any] = {"color": _colour(scene, one), "marker": "*", "linestyle": line, "markersize": 8}
         marks.append(Line2D([], [], **look, label=name))
     goals = scene.goals or ()
@@ -231,7 +232,7 @@ def _emitters(axes: Axes, scene: Surroundings, movables: FloatArray) -> None:
     for emitter in scene.emitters or ():
         x, y = layout.emitter_places(emitter, movables)
         colour = _colour(scene, emitter)
-        if emitter.reach == "range":
+        if layout.has_range(scene, emitter):
             axes.add_patch(patches.Circle((x, y), emitter.range, fill=False, edgecolor=colour, linestyle=":"))
         axes.plot(x, y, "*", color=colour, markersize=9, zorder=4)
 

@@ -205,12 +205,13 @@ def _emitter(scene: Surroundings, number: int, emitter: Emitter) -> Iterator[Par
     if emitter.channel != LIGHT:
         channel = scene.radio_channels.index(emitter.channel)
         colour, glow = list(_CHANNELS.items())[channel % len(_CHANNELS)]
-    disc = shapes.Shape("CircleGeometry", radius=emitter.range, segments=96)
-    layer = shapes.FLOOR_LAYERS["range"]
-    yield Part(f"{path}/range/disc", disc, shapes.flat(colour, 0.10), shapes.at(z=layer), shadow=False)
-    edge = shapes.sector(max(emitter.range - 0.003, 0), emitter.range, 0, math.pi)
     layer = shapes.FLOOR_LAYERS["edge"]
-    yield Part(f"{path}/range/edge", edge, shapes.flat(colour, 0.55), shapes.at(z=layer), shadow=False)
+    if layout.has_range(scene, emitter):
+        disc = shapes.Shape("CircleGeometry", radius=emitter.range, segments=96)
+        below = shapes.at(z=shapes.FLOOR_LAYERS["range"])
+        yield Part(f"{path}/range/disc", disc, shapes.flat(colour, 0.10), below, shadow=False)
+        edge = shapes.sector(max(emitter.range - 0.003, 0), emitter.range, 0, math.pi)
+        yield Part(f"{path}/range/edge", edge, shapes.flat(colour, 0.55), shapes.at(z=layer), shadow=False)
     for wave in range(2):  # unit rings, which the player widens
         ring = shapes.Shape("RingGeometry", innerRadius=0.985, outerRadius=1.0, thetaSegments=96)
         yield Part(f"{path}/range/wave{wave}", ring, shapes.flat(colour, 0.4), shapes.at(z=layer), shadow=False)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // An episode in meshcat's viewer: robots and movables that move, trails, signals, light and camera.
 
-const LABEL_HEIGHT = 0.1; // of an emitter's name above it [m]
+const LABEL_HEIGHT = 0.07; // of an emitter's name above it [m]
 const LABEL_GAP = 14; // between a name and the emitter that it stands beside or below [pixels]
 const WAVE_SECONDS = 2.4; // from the emitter to the end of its range
 const GREYEST = 0.15; // share of the floor's light that the blackest patch keeps: shadows are seen on it
@@ -52,7 +52,8 @@ class Scene {
     const { planes } = track.episode.arena;
     this.movables = track.episode.movables.map((_, i) => ({ body: find("movables", `${i}`), top: find("movables", `${i}`, "top") }));
     this.labels.replaceChildren();
-    this.emitters = track.episode.emitters.map(({ label }, i) => ({
+    this.emitters = track.episode.emitters.map(({ label, position }, i) => ({
+      height: position[2],
       label: element("span", "sw-label", label, this.labels),
       node: find("emitters", `${i}`),
       range: find("emitters", `${i}`, "range"),
@@ -271,8 +272,8 @@ class Scene {
   _face() {
     if (!this.track) return;
     const robots = this.robots.map(({ body }) => this._disc(body.position)).filter(Boolean);
-    this.emitters.forEach(({ node, label }) => {
-      const place = this._beside(node.position, label, robots);
+    this.emitters.forEach(({ node, label, height }) => {
+      const place = this._beside(node.position, height + LABEL_HEIGHT, label, robots);
       label.hidden = !place;
       if (place) label.style.transform = `translate(${place.map((value) => `${value.toFixed(1)}px`).join(",")})`;
     });
@@ -287,8 +288,8 @@ class Scene {
   }
 
   /** Return where a label's corner is to be: above its emitter, or, if it covers a robot there, where it covers none. */
-  _beside({ x, y }, label, robots) {
-    const [above, foot] = [this.camera.project(x, y, LABEL_HEIGHT), this.camera.project(x, y, 0)];
+  _beside({ x, y }, z, label, robots) {
+    const [above, foot] = [this.camera.project(x, y, z), this.camera.project(x, y, 0)];
     if (!above || !foot) return null;
     const [width, height, middle] = [label.offsetWidth, label.offsetHeight, (above[1] + foot[1]) / 2];
     const corners = [
