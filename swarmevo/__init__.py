@@ -41,9 +41,11 @@ from swarmevo._version import __version__
 if TYPE_CHECKING:
     from swarmevo.api import (
         Controller,
+        Elites,
         Episodes,
         Front,
         Individual,
+        Individuals,
         Rates,
         Replay,
         Run,
@@ -71,8 +73,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "swarmevo.api": (
-        "Controller", "Episodes", "Front", "Individual", "Rates", "Replay", "Run", "best", "evolve", "load_config",
-        "open", "resume", "sweep",
+        "Controller", "Elites", "Episodes", "Front", "Individual", "Individuals", "Rates", "Replay", "Run", "best",
+        "evolve", "load_config", "open", "resume", "sweep",
     ),
     "swarmevo.config": ("Config",),
     "swarmevo.errors": (
@@ -87,10 +89,12 @@ __all__ = [
     "Config",
     "ConfigError",
     "Controller",
+    "Elites",
     "Episodes",
     "EvaluationError",
     "Front",
     "Individual",
+    "Individuals",
     "Interrupted",
     "InvalidArgument",
     "Lockstep",

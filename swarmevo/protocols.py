@@ -743,6 +743,32 @@ class StartableOptimiser(Optimiser, Protocol):
 
 
 @dataclass(frozen=True)
+class BehaviourMap:
+    """Elites: the best genome that an optimiser knows of each kind of behaviour, ``k`` of them.
+
+    The map is a grid over the ranges of all descriptors of the :class:`Problem`, in their order.
+    """
+
+    cells: tuple[int, ...]
+    """Along each descriptor."""
+    objective: str
+    """Name of that which elites are the best in."""
+    places: IntArray
+    """``(k, descriptors)``: each elite's cell, counted from 0 at the lower end of each range; no two are equal."""
+    genomes: FloatArray
+    """``(k, size)``: each as it was asked for."""
+
+
+@runtime_checkable
+class MappingOptimiser(Optimiser, Protocol):
+    """An optimiser that keeps a map of behaviours, which figures, reports and the Python interface show."""
+
+    def behaviour_map(self) -> BehaviourMap:
+        """Return the map of now. It may be asked at any time, as often as one likes, and changes nothing."""
+        ...
+
+
+@dataclass(frozen=True)
 class TrackedRun:
     """A run that a :class:`Tracker` shows."""
 

@@ -7,12 +7,22 @@ What is wrong is a ``ValueError`` in words that follow the plugin's name: "expec
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from typing import Final
 
 import numpy as np
 
-from swarmevo.protocols import Block, BoolArray, Descriptor, FloatArray, GenomeSpace, Objective
+from swarmevo.protocols import (
+    BehaviourMap,
+    Block,
+    BoolArray,
+    Descriptor,
+    FloatArray,
+    GenomeSpace,
+    IntArray,
+    Objective,
+    Problem,
+)
 
 LARGEST: Final = 1e50
 """Of a range: sums over episodes and hypervolumes of several objectives stay finite."""
@@ -90,6 +100,34 @@ def descriptor(given: object) -> Descriptor:
         raise ValueError(f"expected a Descriptor, got {type(given).__name__}")
     name = _name(given.name)
     return Descriptor(name, _range(name, given.range))
+
+
+def behaviour_map(given: object, space: GenomeSpace, problem: Problem) -> BehaviourMap:
+    """Return a copy of a map of behaviours with elites in different cells of it.
+
+    Raises:
+        ValueError: It is no map, or its grid, its objective, a cell or a genome is not of this problem.
+    """
+    if not isinstance(given, BehaviourMap):
+        raise ValueError(f"expected a BehaviourMap, got {type(given).__name__}")
+    cells, axes = given.cells, len(problem.descriptors)
+    if not isinstance(cells, tuple) or len(cells) != axes or not all(type(n) is int and n > 0 for n in cells):
+        raise ValueError(f"expected as cells a number of at least 1 for each of {axes} descriptors, got {cells!r}")
+    names = [one.name for one in problem.objectives]
+    if given.objective not in names:
+        raise ValueError(f"expected as objective one of {', '.join(names)}, got {given.objective!r}")
+    genomes = numbers(given.genomes, (_length(given.genomes), space.size))
+    check_bounds(genomes, space)
+    places = numbers(given.places, (len(genomes), axes))
+    is_cell = (places == np.floor(places)) & (places >= 0) & (places < cells)
+    if not is_cell.all() or len(np.unique(places, axis=0)) < len(places):
+        raise ValueError(f"expected as places different cells of {cells}, each from 0, got {places.tolist()!r:.60}")
+    kept: IntArray = places.astype(np.intp)
+    return BehaviourMap(cells, given.objective, kept, genomes.copy())
+
+
+def _length(given: object) -> int:
+    return len(given) if isinstance(given, Sized) else 0
 
 
 def _name(given: object) -> str:

@@ -4,11 +4,22 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from swarmevo.protocols import CHANNELS, Block, Compiled, Descriptor, FeedForward, GenomeSpace, Objective, SceneInfo
+from swarmevo.protocols import (
+    CHANNELS,
+    BehaviourMap,
+    Block,
+    Compiled,
+    Descriptor,
+    FeedForward,
+    GenomeSpace,
+    Objective,
+    SceneInfo,
+)
 from swarmevo.testing import (
     CHROMOSOME,
     ControllerTests,
@@ -364,9 +375,67 @@ class DoesNotStoreItsStart(Climber):
         return super().ask() + getattr(self, "start", 0)
 
 
+class OneElite(RandomSearch):
+    """Keeps one elite, in one cell over no descriptors: the first that it asked for."""
+
+    first = None
+
+    def tell(self, genomes, costs):
+        self.first = genomes[0].copy() if self.first is None else self.first
+        super().tell(genomes, costs)
+
+    def behaviour_map(self):
+        kept = np.empty((0, self.shape[1])) if self.first is None else self.first[np.newaxis].copy()
+        return BehaviourMap((), "objective_0", np.empty((len(kept), 0), dtype=np.intp), kept)
+
+    def state(self):
+        return {**super().state(), "first": self.first}
+
+    def restore(self, state):
+        super().restore(state)
+        self.first = state["first"]
+
+
+class MapsOfAnotherProblem(OneElite):
+    def behaviour_map(self):
+        return replace(super().behaviour_map(), objective="speed")
+
+
+class MapsAStranger(OneElite):
+    def behaviour_map(self):
+        found = super().behaviour_map()
+        return replace(found, genomes=found.genomes / 2)
+
+
+class ForgetsItsElite(OneElite):
+    def restore(self, state):
+        RandomSearch.restore(self, state)
+
+
+class MapsItsOwnArray(OneElite):
+    def behaviour_map(self):
+        found = super().behaviour_map()
+        return found if self.first is None else replace(found, genomes=self.first[np.newaxis])
+
+
+class MapsAtRandom(OneElite):
+    def behaviour_map(self):
+        self.rng.random()
+        return super().behaviour_map()
+
+
+def test_a_map_may_be_kept():
+    assert optimiser_failures(OneElite) == []
+
+
 @pytest.mark.parametrize(
     ("broken", "test", "reason"),
     [
+        (MapsOfAnotherProblem, "test_maps", "expected as objective one of objective_0, got 'speed'"),
+        (MapsAStranger, "test_maps", "behaviour_map: expected genomes that it asked for, got another"),
+        (ForgetsItsElite, "test_maps", "behaviour_map: expected the same from a restored run"),
+        (MapsItsOwnArray, "test_maps", "behaviour_map: expected it to change nothing"),
+        (MapsAtRandom, "test_maps", "behaviour_map: expected it to change nothing"),
         (AnswersOneGenome, "test_answers", "answer: expected the shape (n, "),
         (AnswersAtRandom, "test_answers", "expected it to change nothing"),
         (AnswersFromMemory, "test_answers", "answer: expected the same from a restored run"),

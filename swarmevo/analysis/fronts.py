@@ -26,7 +26,7 @@ from swarmevo.analysis.measures import DELIVERED, HOMING, PUSH, Measures, measur
 from swarmevo.analysis.statistics import wilson
 from swarmevo.evolution.budget import Budget
 from swarmevo.protocols import BoolArray, Descriptor, IntArray, Objective
-from swarmevo.runs.records import Totals
+from swarmevo.runs.records import Individuals, Totals
 from swarmevo.runs.store import Store
 from swarmevo.testing import random_genomes
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # looking at a run needs no simulator
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """A non-dominated individual; rates and means are over its stored episodes of one trial."""
+    """An individual of a front or a map; rates and means are over its stored episodes of one trial."""
 
     genome: int
     """Its id in the store."""
@@ -125,7 +125,11 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
     """Return the non-dominated individuals of a trial, or of all trials, the best first objective first."""
     found = store.individuals(trial)
     known = np.flatnonzero(_are_known(found.episodes, store.config.evolution.least_episodes))
-    best_first = known[dominance.places(store.objectives, found.objectives[known])]
+    return points(store, found, known[dominance.places(store.objectives, found.objectives[known])])
+
+
+def points(store: Store, found: Individuals, rows: IntArray) -> list[FrontPoint]:
+    """Return what is known of some individuals, by their rows."""
     names = [objective.name for objective in store.objectives]
     successes = {k: objective.name for k, objective in enumerate(store.objectives) if objective.success is not None}
     return [
@@ -150,7 +154,7 @@ def front(store: Store, trial: int | None = None) -> list[FrontPoint]:
                 name: _interval(found.success_rates[i, k], found.episodes[i]) for k, name in successes.items()
             },
         )
-        for i in best_first
+        for i in rows
     ]
 
 

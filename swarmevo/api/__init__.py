@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The public interface in Python: runs, their fronts and individuals. What it needs is done in the packages below."""
 
-from swarmevo.api.individuals import Controller, Episodes, Front, Individual, Rates, Replay, best
+from swarmevo.api.individuals import Controller, Elites, Episodes, Front, Individual, Individuals, Rates, Replay, best
 from swarmevo.api.runs import Run, evolve, load_config, open, resume
 from swarmevo.api.sweeps import sweep
 
 __all__ = [
     "Controller",
+    "Elites",
     "Episodes",
     "Front",
     "Individual",
+    "Individuals",
     "Rates",
     "Replay",
     "Run",

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final, overload
 
 from swarmevo import config as configuration
-from swarmevo.analysis import assessment, shipped
+from swarmevo.analysis import assessment, elites, shipped
 from swarmevo.analysis.fronts import FrontPoint
 from swarmevo.analysis.measures import Measures, measures_of
 from swarmevo.analysis.recording import Recording, record
@@ -19,7 +19,7 @@ from swarmevo.analysis.statistics import wilson
 from swarmevo.analysis.table_ii import Outcome, outcome
 from swarmevo.config import Config, Surroundings, surroundings
 from swarmevo.errors import InvalidArgument, SwarmevoError
-from swarmevo.protocols import FloatArray, Objective
+from swarmevo.protocols import FloatArray, IntArray, Objective
 from swarmevo.runs import files, other_world
 from swarmevo.runs.store import Store
 from swarmevo.runs.tests import GENERATION
@@ -33,8 +33,10 @@ _MOST_EPISODES: Final = 65535
 """With one seed: their keys count them in 16 bits."""
 
 
-class Front(Sequence["Individual"]):
-    """Non-dominated individuals, the best first objective first."""
+class Individuals(Sequence["Individual"]):
+    """Some individuals of a run, in an order."""
+
+    what = "Individuals"
 
     def __init__(self, individuals: Sequence[Individual], objectives: Sequence[Objective], run: str) -> None:
         self._individuals = list(individuals)
@@ -44,11 +46,11 @@ class Front(Sequence["Individual"]):
     @overload
     def __getitem__(self, i: int) -> Individual: ...
     @overload
-    def __getitem__(self, i: slice) -> Front: ...
-    def __getitem__(self, i: int | slice) -> Individual | Front:
-        """Return an individual, or a part of the front."""
+    def __getitem__(self, i: slice) -> Individuals: ...
+    def __getitem__(self, i: int | slice) -> Individual | Individuals:
+        """Return an individual, or some of them."""
         if isinstance(i, slice):
-            return Front(self._individuals[i], self.objectives, self._run)
+            return Individuals(self._individuals[i], self.objectives, self._run)
         return self._individuals[i]
 
     def __len__(self) -> int:
@@ -61,14 +63,14 @@ class Front(Sequence["Individual"]):
         """Return the best individual in an objective; None is the first.
 
         Raises:
-            SwarmevoError: There is no such objective, or nobody on the front.
+            SwarmevoError: There is no such objective, or there is nobody.
         """
         names = [one.name for one in self.objectives]
         name = objective or names[0]
         if name not in names:
-            raise SwarmevoError(f"front: expected one of the objectives {', '.join(names)}, got {name!r}")
+            raise SwarmevoError(f"{self.what.lower()}: expected one of the objectives {', '.join(names)}, got {name!r}")
         if not self._individuals:
-            raise SwarmevoError("front: expected at least one individual, but no generation is stored yet")
+            raise SwarmevoError(f"{self.what.lower()}: expected at least one individual, got none")
         largest = self.objectives[names.index(name)].is_maximised
         return (max if largest else min)(self._individuals, key=lambda one: one.objectives[name])
 
@@ -89,10 +91,33 @@ class Front(Sequence["Individual"]):
 
     def __repr__(self) -> str:
         names = ", ".join(objective.name for objective in self.objectives)
-        return f"<Front of {self._run}: {text.count(len(self), 'individual')}; {names}>"
+        return f"<{self.what} of {self._run}: {text.count(len(self), 'individual')}; {names}>"
 
     def _repr_html_(self) -> str:
-        return notebook.table(f"Front of {self._run}", self.rows)
+        return notebook.table(f"{self.what} of {self._run}", self.rows)
+
+
+class Front(Individuals):
+    """Non-dominated individuals, the best first objective first."""
+
+    what = "Front"
+
+
+class Elites(Individuals):
+    """The map of behaviours that an optimiser keeps: the best that it knows of each kind, in the order of cells."""
+
+    what = "Elites"
+
+    def __init__(self, found: elites.Elites, individuals: Sequence[Individual], run: str) -> None:
+        super().__init__(individuals, [found.objective], run)
+        self.cells = found.cells
+        """Along each descriptor."""
+        self.places: IntArray = found.places
+        """``(k, descriptors)``: the cell of each, from 0 at the lower end of each range."""
+        self.coverage: float = found.coverage
+        """Share of the cells that have an elite."""
+        self.qd_score: float = found.qd_score
+        """Sum over the elites of how much better each is than the worst end of the objective's range."""
 
 
 class Controller:

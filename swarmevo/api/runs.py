@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from swarmevo import config as configuration
-from swarmevo.analysis import assessment, fronts, tracking
+from swarmevo.analysis import assessment, elites, fronts, tracking
 from swarmevo.analysis.assessment import REPEATS
-from swarmevo.analysis.fronts import Summary
+from swarmevo.analysis.fronts import FrontPoint, Summary
 from swarmevo.analysis.table_ii import Assessment
-from swarmevo.api.individuals import Front, Individual
+from swarmevo.api.individuals import Elites, Front, Individual
 from swarmevo.config import Config
 from swarmevo.errors import ConfigError
 from swarmevo.evolution.loop import Progress
@@ -184,8 +184,23 @@ class Run:
         """Return the non-dominated individuals of a trial, or of all trials; the best first objective first."""
         with self.store() as store:
             points = fronts.front(store, trial)
-            individuals = [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]
-        return Front(individuals, self.objectives, self.folder.name)
+            return Front(self._individuals(store, points), self.objectives, self.folder.name)
+
+    def elites(self, trial: int | None = None) -> Elites | None:
+        """Return the map of behaviours that the optimiser of a trial keeps; None: it keeps none.
+
+        Args:
+            trial: None: the better elite of each cell, of all trials.
+
+        Raises:
+            PluginError: The optimiser cannot be made here, or does not take the stored state.
+        """
+        with self.store() as store:
+            found = elites.elites(store, trial)
+            return Elites(found, self._individuals(store, found.points), self.folder.name) if found else None
+
+    def _individuals(self, store: Store, points: Sequence[FrontPoint]) -> list[Individual]:
+        return [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]
 
     def table_ii(self, sizes: tuple[int, ...] | None = None, repeats: int = REPEATS, workers: int = 0) -> Assessment:
         """Test the controllers of all fronts on fresh seeds in teams of some sizes: the paper's Table II.

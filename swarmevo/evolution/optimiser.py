@@ -17,8 +17,10 @@ from swarmevo.plugins.calls import blamed, message, one_line
 from swarmevo.plugins.checked import plugin_title
 from swarmevo.protocols import (
     AnsweringOptimiser,
+    BehaviourMap,
     FloatArray,
     GenomeSpace,
+    MappingOptimiser,
     Optimiser,
     Problem,
     StartableOptimiser,
@@ -41,6 +43,7 @@ class CheckedOptimiser:
         self._trial = trial
         self._space: GenomeSpace = evaluator.space
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([evaluator.seed, trial, OPTIMISER_STREAM])))
+        self._problem = Problem(tuple(evaluator.objectives), tuple(evaluator.descriptors))
         self._made: Optimiser = plugins.create(
             "optimiser",
             self._name,
@@ -49,7 +52,7 @@ class CheckedOptimiser:
             config.evolution.population,
             len(evaluator.objectives),
             rng,
-            problem=Problem(tuple(evaluator.objectives), tuple(evaluator.descriptors)),
+            problem=self._problem,
         )
         self._takes_descriptors = takes_descriptors(self._made)
 
@@ -112,6 +115,17 @@ class CheckedOptimiser:
         except ValueError as error:
             return str(error)
         return ""
+
+    def behaviour_map(self, generation: int) -> BehaviourMap | None:
+        """Return its map of behaviours; None: it keeps none."""
+        if not isinstance(self._made, MappingOptimiser):
+            return None
+        try:
+            return returned.behaviour_map(self._call("behaviour_map", generation), self._space, self._problem)
+        except ValueError as error:
+            raise PluginError(
+                f"{self._title}: behaviour_map, trial {self._trial}: {error}; repair the plugin"
+            ) from None
 
     def tell(self, generation: int, genomes: FloatArray, costs: FloatArray, descriptors: FloatArray) -> None:
         """Tell the costs ``(n, m)`` of the genomes just asked for, and their descriptors ``(n, d)`` if it takes any."""

@@ -17,6 +17,7 @@ from swarmevo.protocols import (
     Descriptor,
     FloatArray,
     GenomeSpace,
+    MappingOptimiser,
     Objective,
     Optimiser,
     Problem,
@@ -144,6 +145,31 @@ class OptimiserTests:
                 require(to_json(optimiser.state()) == stored, "answer: expected it to change nothing, but it did")
                 one, two = (_run(each, case, random_costs, 1, generation) for each in (optimiser, unasked))
                 _require_equal_runs(one, two, "a run that was not asked for its answer")
+
+    def test_maps_without_a_trace(self) -> None:
+        """Its map, if it has one, is of genomes asked for, and the same in a restored run; a look changes nothing."""
+        for case in self._cases():
+            optimiser, resumed, unasked = self._create(case), self._create(case, seed=2), self._create(case)
+            if not isinstance(optimiser, MappingOptimiser) or not isinstance(resumed, MappingOptimiser):
+                return
+            asked: list[FloatArray] = []
+            for generation in range(3):
+                stored, found = to_json(optimiser.state()), optimiser.behaviour_map()
+                accepted("behaviour_map", returned.behaviour_map, found, case.space, case.problem)
+                known = {genome.tobytes() for genomes in asked for genome in genomes}
+                strange = any(genome.tobytes() not in known for genome in found.genomes)
+                require(not strange, "behaviour_map: expected genomes that it asked for, got another")
+                resumed.restore(from_json(stored))
+                again = resumed.behaviour_map()
+                same = np.array_equal(again.places, found.places) and np.array_equal(again.genomes, found.genomes)
+                require(same, "behaviour_map: expected the same from a restored run")
+                scribble(found.genomes)
+                require(
+                    to_json(optimiser.state()) == stored, "behaviour_map: expected it to change nothing, but it did"
+                )
+                one, two = (_run(each, case, random_costs, 1, generation) for each in (optimiser, unasked))
+                _require_equal_runs(one, two, "a run that was not asked for its map")
+                asked += one
 
     def test_begins_from_given_genomes(self) -> None:
         """If it can begin from given genomes, they make a difference, and the run is restored from its start, too."""

@@ -377,7 +377,7 @@ def test_the_map_has_the_best_of_each_cell(tmp_path: Path) -> None:
         expected[cell] = np.nanmax([expected[cell], travel])
     assert np.isfinite(expected).sum() >= 3
     assert np.array_equal(drawn.reshape(4, 4), expected, equal_nan=True)
-    assert picture.axes[0].get_title("left") == f"{np.isfinite(expected).sum()} of 16 cells filled"
+    assert picture.axes[0].get_title("left") == f"all individuals: {np.isfinite(expected).sum()} of 16 cells filled"
     assert "behaviour_map" in dict(figures.every(folder))
     assert "kind of behaviour" in report.page([folder])
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an optimiser may do besides: answer with genomes of its own, begin from given ones."""
+"""What an optimiser may do besides: answer with genomes of its own, begin from given ones, keep a map."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import toy_plugins
 from swarmevo.errors import PluginError
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.optimiser import CheckedOptimiser
+from swarmevo.protocols import BehaviourMap
 
 
 class Able(toy_plugins.Search):
@@ -95,3 +96,90 @@ def test_what_an_optimiser_refuses_to_begin_from_is_one_line(make: Callable[[str
 def test_an_optimiser_that_cannot_begin_from_given_genomes_says_so(make: Callable[[str], CheckedOptimiser]) -> None:
     with pytest.raises(PluginError, match="expected the method start_from, to begin from given genomes, got none; "):
         make("toy_search").start_from(np.ones((1, 36)))
+
+
+# ---- a map of behaviours ---------------------------------------------------------------------------------------------
+
+
+class Mapping(toy_plugins.DescribedSearch):
+    """Keeps whatever map a test wants."""
+
+    wanted: Any = None
+
+    def behaviour_map(self) -> Any:
+        if isinstance(self.wanted, Exception):
+            raise self.wanted
+        return self.wanted
+
+
+def kept(**changes: Any) -> BehaviourMap:
+    """Return a map of two elites, or what a test makes of it."""
+    good: dict[str, Any] = {
+        "cells": (3, 4),
+        "objective": "travel",
+        "places": np.array([[0, 3], [2, 0]]),
+        "genomes": np.ones((2, 36)),
+    }
+    return BehaviourMap(**(good | changes))
+
+
+@pytest.fixture
+def mapping(
+    distribution: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[[Any], CheckedOptimiser]]:
+    """Return an optimiser that keeps the given map."""
+    toy_plugins.install(distribution)
+    monkeypatch.setattr(toy_plugins, "Mapping", Mapping, raising=False)
+    distribution("mapping", "1.0", {"swarmevo.optimisers": {"mapping": "toy_plugins:Mapping"}})
+    config = toy_plugins.config(optimiser="mapping", fitness=["toy_travel", "toy_places"])
+
+    def make(wanted: Any) -> CheckedOptimiser:
+        monkeypatch.setattr(Mapping, "wanted", wanted)
+        return CheckedOptimiser(config, evaluator, trial=1)
+
+    with Evaluator(config, workers=1) as evaluator:
+        yield make
+
+
+def test_an_optimiser_without_a_map_has_none(make: Callable[[str], CheckedOptimiser]) -> None:
+    assert make("toy_search").behaviour_map(0) is None
+
+
+def test_a_map_is_a_copy(mapping: Callable[[Any], CheckedOptimiser]) -> None:
+    given = kept()
+    found = mapping(given).behaviour_map(0)
+    assert found is not None
+    assert (found.cells, found.objective) == ((3, 4), "travel")
+    np.testing.assert_array_equal(found.places, given.places)
+    np.testing.assert_array_equal(found.genomes, given.genomes)
+    assert not np.shares_memory(found.genomes, given.genomes)
+    nobody = mapping(kept(places=np.empty((0, 2), dtype=np.intp), genomes=np.empty((0, 36)))).behaviour_map(0)
+    assert nobody is not None
+    assert nobody.genomes.shape == (0, 36)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "told"),
+    [
+        ([], "expected a BehaviourMap, got list"),
+        (kept(cells=(3,)), "expected as cells a number of at least 1 for each of 2 descriptors, got (3,)"),
+        (kept(cells=(3, 0)), "expected as cells a number of at least 1 for each of 2 descriptors, got (3, 0)"),
+        (kept(cells=3), "expected as cells a number of at least 1 for each of 2 descriptors, got 3"),
+        (kept(objective="speed"), "expected as objective one of travel, distance, got 'speed'"),
+        (kept(genomes=np.ones((2, 35))), "expected an array of shape (2, 36), got (2, 35)"),
+        (kept(genomes=np.full((2, 36), np.nan)), "expected finite numbers, got nan at [0, 0]"),
+        (kept(genomes=None), "expected an array of numbers, got NoneType"),
+        (kept(places=np.array([[0, 3]])), "expected an array of shape (2, 2), got (1, 2)"),
+        (kept(places=np.array([[0, 4], [2, 0]])), "expected as places different cells of (3, 4), each from 0, got [["),
+        (kept(places=np.array([[0, 1], [0, 1]])), "expected as places different cells of (3, 4), each from 0, got [["),
+        (
+            kept(places=np.array([[0, 0.5], [0, 1]])),
+            "expected as places different cells of (3, 4), each from 0, got [[",
+        ),
+        (KeyError("x"), "raised KeyError: 'x'"),
+    ],
+)
+def test_a_wrong_map_is_named(mapping: Callable[[Any], CheckedOptimiser], wanted: Any, told: str) -> None:
+    with pytest.raises(PluginError, match=r"^optimiser.mapping \(mapping 1.0\): behaviour_map, trial 1") as caught:
+        mapping(wanted).behaviour_map(4)
+    assert told in str(caught.value)

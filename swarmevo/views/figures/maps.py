@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from swarmevo.analysis.elites import elites
+from swarmevo.errors import SwarmevoError
+from swarmevo.protocols import FloatArray, IntArray, Objective
+from swarmevo.runs.store import Store
 from swarmevo.views import text
 from swarmevo.views.figures import style
 from swarmevo.views.figures.source import Run, opened
@@ -16,14 +20,16 @@ CELLS: Final = 20
 """Along each axis, where nobody says otherwise."""
 
 
-def behaviour_map(run: Run, cells: int = CELLS, width: float = style.COLUMN) -> Picture:
-    """Return the best first objective in each cell of the first two descriptors (Mouret & Clune 2015).
+def behaviour_map(run: Run, cells: int | None = None, width: float = style.COLUMN) -> Picture:
+    """Return the best of each kind of behaviour over the first two descriptors (Mouret & Clune 2015).
 
     An individual counts with its means over all its episodes in a trial. All trials share the map.
 
     Args:
         run: With at least two descriptors.
-        cells: Along each axis, over the descriptor's range.
+        cells: Along each axis, over the descriptor's range: a map of all individuals, by the first objective. None: the
+            map that the run's optimiser keeps, with its cells and its objective; where it keeps none, or cannot be
+            asked here, :data:`CELLS` cells of all individuals.
         width: Of the figure [inches].
 
     Raises:
@@ -32,21 +38,56 @@ def behaviour_map(run: Run, cells: int = CELLS, width: float = style.COLUMN) -> 
     with opened(run) as store, style.picture(width, 0.81 * width) as picture:
         if len(store.descriptors) < 2:
             raise ValueError(f"behaviour_map: expected a run with two descriptors, got {len(store.descriptors)}")
-        found, objective, across = store.individuals(), store.objectives[0], store.descriptors[:2]
-        known = np.isfinite(found.descriptors[:, :2]).all(axis=1)
-        low, high = np.array([one.range for one in across]).T
-        share = (found.descriptors[known, :2] - low) / (high - low)
-        column, row = np.clip((share * cells).astype(np.intp), 0, cells - 1).T
-        best = np.full((cells, cells), np.nan)
-        better = np.fmax if objective.is_maximised else np.fmin
-        better.at(best, (row, column), found.objectives[known, 0])
+        shown = _of_optimiser(store) if cells is None else None
+        shown = shown or _of_everybody(store, cells or CELLS)
+        across = store.descriptors[:2]
         axes = picture.add_subplot()
-        edges = [np.linspace(*one.range, cells + 1) for one in across]
-        mesh = axes.pcolormesh(*edges, np.ma.masked_invalid(best), cmap="viridis")
+        edges = [
+            np.linspace(*one.range, number + 1) for one, number in zip(across, shown.best.shape[::-1], strict=True)
+        ]
+        mesh = axes.pcolormesh(*edges, np.ma.masked_invalid(shown.best), cmap="viridis")
         axes.set(xlabel=text.words(across[0].name), ylabel=text.words(across[1].name))
         axes.grid(visible=False)
-        bar = picture.colorbar(mesh, ax=axes, shrink=0.85, label=text.label(objective))
+        bar = picture.colorbar(mesh, ax=axes, shrink=0.85, label=text.label(shown.objective))
         bar.outline.set_visible(False)
-        filled = int(np.isfinite(best).sum())
-        style.note(axes, f"{filled} of {text.count(cells * cells, 'cell')} filled")
+        filled = int(np.isfinite(shown.best).sum())
+        style.note(axes, f"{shown.whose}: {filled} of {text.count(shown.best.size, 'cell')} filled")
         return picture
+
+
+class _Shown(NamedTuple):
+    """What a map shows."""
+
+    best: FloatArray
+    """``(rows, columns)``: NaN: nobody behaved so."""
+    objective: Objective
+    whose: str
+
+
+def _of_optimiser(store: Store) -> _Shown | None:
+    try:
+        kept = elites(store)
+    except SwarmevoError:  # its plugin is not installed here, say
+        return None
+    if kept is None:
+        return None
+    (name,) = store.config.optimiser
+    places, shape = kept.places[:, 1::-1], kept.cells[1::-1]
+    return _Shown(_best(shape, places, kept.values, kept.objective), kept.objective, f"map of {name}")
+
+
+def _of_everybody(store: Store, cells: int) -> _Shown:
+    found, objective = store.individuals(), store.objectives[0]
+    known = np.isfinite(found.descriptors[:, :2]).all(axis=1)
+    low, high = np.array([one.range for one in store.descriptors[:2]]).T
+    share = (found.descriptors[known, :2] - low) / (high - low)
+    places = np.clip((share * cells).astype(np.intp), 0, cells - 1)[:, ::-1]
+    best = _best((cells, cells), places, found.objectives[known, 0], objective)
+    return _Shown(best, objective, "all individuals")
+
+
+def _best(shape: tuple[int, ...], places: IntArray, values: FloatArray, objective: Objective) -> FloatArray:
+    """Return the best of the values ``(k,)`` at each of the places ``(k, 2)``, NaN where there is none."""
+    best = np.full(shape, np.nan)
+    (np.fmax if objective.is_maximised else np.fmin).at(best, tuple(places.T), values)
+    return best

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.protocols import FloatArray, GenomeSpace, Problem
+from swarmevo.protocols import BehaviourMap, FloatArray, GenomeSpace, Problem
 from swarmevo_rivals.blas import OneThread
 from swarmevo_rivals.checks import require_count, require_positive
 from swarmevo_rivals.genomes import Frame, middle
@@ -74,6 +74,7 @@ class CMAMAE(Replayed):
                 f"{population}"
             )
         self._column = column_of(objective, problem)
+        self._objective = problem.objectives[self._column].name
         self._cells, self._emitters, self._sigma = cells, emitters, float(sigma)
         self._rate, self._ranges = float(learning_rate), [one.range for one in problem.descriptors]
         self._shares, self._frame, self._one_thread = Shares(problem), Frame(space.bounds), OneThread()
@@ -97,6 +98,16 @@ class CMAMAE(Replayed):
         described = np.where(failed[:, np.newaxis], low, np.clip(descriptors, low, high))
         self._tell(np.column_stack([value, described]))
 
+    def behaviour_map(self) -> BehaviourMap:
+        """Return the best that ever came to each cell, as pyribs' result archive has it.
+
+        The map of the search itself may have a worse one there: one that was above the cell's threshold.
+        """
+        kept = self._best.data(["solution", "index"])
+        places = np.asarray(self._best.int_to_grid_index(kept["index"]), dtype=np.intp)
+        genomes = self._frame.genes(kept["solution"])
+        return BehaviourMap((self._cells,) * len(self._ranges), self._objective, places, genomes)
+
     def _beginning(self) -> FloatArray:
         return middle(self._space)[np.newaxis]
 
@@ -118,14 +129,14 @@ class CMAMAE(Replayed):
                     return {"solution": np.tile(start, (n, 1))}
                 return super().sample_elites(n, replace)
 
-        archive = Map(
-            solution_dim=self._space.size,
-            dims=[self._cells] * len(self._ranges),
-            ranges=self._ranges,
-            learning_rate=self._rate,
-            threshold_min=0.0,
-            seed=self._seed,
-        )
+        grid: dict[str, Any] = {
+            "solution_dim": self._space.size,
+            "dims": [self._cells] * len(self._ranges),
+            "ranges": self._ranges,
+            "threshold_min": 0.0,
+            "seed": self._seed,
+        }
+        archive = Map(**grid, learning_rate=self._rate)
         batch = self._population // self._emitters
         emitters = [
             EvolutionStrategyEmitter(
@@ -140,9 +151,10 @@ class CMAMAE(Replayed):
             )
             for number in range(self._emitters)
         ]
-        self._made = Scheduler(archive, emitters)
+        self._best = GridArchive(**grid, learning_rate=1.0)
+        self._made = Scheduler(archive, emitters, result_archive=self._best)
 
     def _learn(self, told: FloatArray) -> None:
         with self._one_thread(), warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "`archive` was empty before adding solutions")  # as often is at first
+            warnings.filterwarnings("ignore", ".*archive` was empty before adding solutions")  # as often is at first
             self._made.tell(told[:, 0], told[:, 1:])

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from swarmevo.protocols import FloatArray, GenomeSpace, IntArray, Problem
+from swarmevo.protocols import BehaviourMap, FloatArray, GenomeSpace, IntArray, Problem
 from swarmevo_rivals.genomes import random_genomes
 
 MOST_CELLS: Final = 1_000_000
@@ -75,6 +75,7 @@ class MapElites:
                 raise ValueError(f"{name}: expected a number {span}, got {value!r}")
         self._space, self._population, self._rng = space, population, rng
         self._column = column_of(objective, problem)
+        self._objective = problem.objectives[self._column].name
         self._cells, self._iso, self._line, self._flips = cells, float(iso), float(line), float(flips)
         self._low, self._high = np.array([one.range for one in problem.descriptors]).T
         self._genomes: FloatArray = np.empty((0, space.size))  # the elites, in the order of their cells
@@ -103,6 +104,12 @@ class MapElites:
         _, first = np.unique(place[order], return_index=True)
         elites = order[first]
         self._genomes, self._costs, self._places = everybody[elites], cost[elites], place[elites]
+
+    def behaviour_map(self) -> BehaviourMap:
+        """Return the elites, each judged by the generation in which it came to its cell."""
+        shape = (self._cells,) * len(self._low)
+        places = np.stack(np.unravel_index(self._places, shape), axis=1)
+        return BehaviourMap(shape, self._objective, places, self._genomes.copy())
 
     def state(self) -> dict[str, Any]:
         """Return the map, the genomes to begin from and the RNG's state."""
