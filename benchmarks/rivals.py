@@ -35,7 +35,7 @@ KEPT: Final = Path("docs/results/rivals.csv")
 PAPER: Final = "pde"
 SINGLE: Final = ("cma",)
 """They optimise the sum of the objectives' costs; here that of the first."""
-FRONTS: Final = ("nsga2", "nsga3", "gde3", "sms_emoa", "moead")
+FRONTS: Final = ("nsga2", "nsga3", "gde3", "sms_emoa", "spea2", "moead")
 MAPS: Final = ("map_elites", "cma_mae")
 SURE: Final = 0.05
 
@@ -102,9 +102,9 @@ class Trial:
     optimiser: str
     seed: int
     hypervolume: float
-    """Of its front on fresh seeds, as a share of what there could be."""
+    """Of its front on fresh seeds by which nobody was chosen, as a share of what there could be."""
     first: float
-    """Mean of the first objective of the best of its front, on fresh seeds by which it was not chosen."""
+    """Mean of the first objective of the best of its front, likewise."""
 
 
 def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> list[Trial]:
@@ -279,12 +279,12 @@ the way. The map searches, `map_elites` and `cma_mae`, are on the paper's task a
 describes, which is `box_end`, and the other tasks have no box.
 
 All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are shares of
-what there could be, of all tests, so that luck in them helps a larger front a little; a small difference may be that.
-Medians, least and largest over the trials. Who is the best of a front by the first objective one half of the tests
-says, and the other half how good it is. *Better than PDE's* is how often a trial is better than one of `pde`: Vargha
-and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted by Holm for the pairs shown,
-each optimiser with `pde` in one measure of one task; how the others differ from each other is not tested here
-([Comparing runs](../comparing.md) does it for all pairs).
+what there could be. Medians, least and largest over the trials. Who is the best of a front, by the first objective or
+in any direction of the hypervolume, one half of the tests says, and the other half how good it is, so that luck in the
+tests helps no larger front ([Comparing runs](../comparing.md)). *Better than PDE's* is how often a trial is better than
+one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted by Holm for
+the pairs shown, each optimiser with `pde` in one measure of one task; how the others differ from each other is not
+tested here: `swarmevo compare` does it for all pairs.
 """
 
 

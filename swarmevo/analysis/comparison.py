@@ -2,8 +2,8 @@
 """Runs held against each other: several groups of trials in the same world, judged on fresh seeds.
 
 The front that a run has stored is too good: who stands on it was selected for good luck as well. Hence every controller
-of every trial's front is tested again, in episodes that evolution never saw, and a trial counts with what of its front
-the tests leave. The trial is the unit of all statistics.
+of every trial's front is tested again, in episodes that evolution never saw, and a trial counts with what these leave.
+The trial is the unit of all statistics.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 import pydantic
 
-from swarmevo.analysis import assessment, fronts
+from swarmevo.analysis import assessment, fronts, halves
 from swarmevo.analysis.measures import measures_of
 from swarmevo.analysis.significance import (
     holm,
@@ -53,9 +53,9 @@ class Trial:
     stored: float
     """Hypervolume of its front by the episodes of evolution, as a share of the product of the objectives' ranges."""
     tested: float
-    """The same of the same controllers, on fresh seeds."""
+    """The same of the same controllers, on fresh seeds by which nobody was chosen (:mod:`swarmevo.analysis.halves`)."""
     first: float
-    """Mean of the first objective of the best among them, on fresh seeds by which it was not chosen."""
+    """Mean of the first objective of the best among them, likewise."""
     success: float | None
     """Rate of success of who succeeds most often, likewise; None: the task has none."""
     course: list[tuple[int, float]]
@@ -219,7 +219,7 @@ def _trials(
         stored = np.array([[one.evolved[objective.name] for objective in objectives] for one in members])
         history = fronts.history(store, trial)
         sign = 1 if objectives[0].is_maximised else -1
-        first, success = of_the_best(
+        first, success = halves.of_the_best(
             sign * stored[:, 0], sign * tests[:, :, 0], np.array([one.success for one in members])
         )
         yield Trial(
@@ -227,33 +227,12 @@ def _trials(
             trial=trial,
             episodes=history[-1].episodes,
             stored=_share(objectives, stored),
-            tested=_share(objectives, values),
+            tested=halves.hypervolume(objectives, stored, tests),
             first=sign * first,
             success=success if rates else None,
             course=[(step.episodes, step.hypervolume / fronts.volume(objectives)) for step in history],
             points=fronts.non_dominated(objectives, values).tolist(),
         )
-
-
-def of_the_best(evolved: FloatArray, first: FloatArray, success: FloatArray) -> tuple[float, float]:
-    """Return the first objective of who is the best in it, and the rate of success of who succeeds most often.
-
-    Who that is the first half of the tests says, and how good it is the other half: the best by the same tests looks
-    the better the more there are to choose from. A single test says only how good who was the best in evolution is.
-
-    Args:
-        evolved: The first objective in evolution, of each controller ``(n,)``; more is better.
-        first: The same in the tests ``(n, repeats)``.
-        success: How far each test was a success ``(n, repeats)``.
-    """
-    half = first.shape[1] // 2
-    if half == 0:
-        best = most_successful = int(evolved.argmax())
-    else:
-        known = first[:, :half].mean(axis=1)
-        best = int(known.argmax())
-        most_successful = int(np.lexsort([known, success[:, :half].mean(axis=1)])[-1])
-    return float(first[best, half:].mean()), float(success[most_successful, half:].mean())
 
 
 def _share(objectives: Sequence[Objective], points: FloatArray) -> float:
@@ -320,8 +299,8 @@ def measure(name: str, more_is_better: bool, values: dict[str, list[float]], aga
 def _notes(stores: Sequence[Store], groups: Sequence[Group], repeats: int) -> Iterator[str]:
     if repeats == 1:
         yield (
-            "One test of each controller: the best of a front is the one that was in evolution. With two or more tests "
-            "one half chooses it and the other half says how good it is."
+            "One test of each controller: the best of a front are those that were in evolution. With two or more tests "
+            "one half chooses them and the other half says how good they are."
         )
     if few := [f"{group.name} {len(group.trials)}" for group in groups if len(group.trials) < LEAST_TRIALS]:
         yield f"Few trials ({', '.join(few)}): hardly any difference can be significant; evolve at least ten."

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, NoReturn
 
 import typer
 from typer.main import get_command
@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 
 _LARGEST_TEAM = 64
-_LISTS = ("--set", "--grid")  # options of which several values may follow
+_SETTING: Final = re.compile(r"\w[\w-]*(\.[\w-]+)*=")
+_LISTS: Final = {"--set": _SETTING, "--grid": _SETTING, "--against": re.compile("[^-]")}
+"""Options of which several values may follow, and how each of these begins."""
 
 app = typer.Typer(
     cls=Program,
@@ -77,11 +79,11 @@ def program() -> NoReturn:
 
 
 def _repeat_lists(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with ``--set a.b=1 c.d=2`` spelled as ``--set a.b=1 --set c.d=2``; so is ``--grid``."""
+    """Return the arguments with ``--set a.b=1 c.d=2`` spelled as ``--set a.b=1 --set c.d=2``, and so on."""
     spelled: list[str] = []
     listing = ""
     for argument in arguments:
-        follows = bool(listing) and bool(re.match(r"\w[\w-]*(\.[\w-]+)*=", argument))
+        follows = bool(listing) and bool(_LISTS[listing].match(argument))
         spelled += [listing, argument] if follows and spelled[-1] != listing else [argument]
         named = argument.partition("=")[0]
         listing = named if named in _LISTS else listing if follows else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -23,11 +23,14 @@ from swarmevo.cli.common import (
     worker_count,
 )
 
+_MOST_NAMED: Final = 3
+"""Runs of a pooled group that its name has."""
+
 
 @app.command(
     epilog=examples(
         "swarmevo compare runs/pde runs/cma --html pde-cma.html",
-        "swarmevo compare runs/pde-1 runs/pde-2 --against runs/cma --json",
+        "swarmevo compare runs/pde-1 runs/pde-2 --against runs/cma-1 runs/cma-2 --json",
     )
 )
 def compare(
@@ -43,8 +46,8 @@ def compare(
     against: Annotated[
         list[Path] | None,
         typer.Option(
-            metavar="RUN",
-            help="Hold all RUN... as one group against this run, or against several if it is given again.",
+            metavar="RUN...",
+            help="Hold all runs before this as one group against those that follow, as another.",
             show_default=False,
         ),
     ] = None,
@@ -106,5 +109,9 @@ def _groups(runs: list[Path], against: list[Path]) -> dict[str, list[Path]]:
     called = names([*ours, *theirs])
     if not against:
         return {name: folders.runs_of(group) for name, group in zip(called, ours, strict=True)}
-    sides = {"+".join(called[: len(ours)]): ours, "+".join(called[len(ours) :]): theirs}
+    sides = {_pooled(called[: len(ours)]): ours, _pooled(called[len(ours) :]): theirs}
     return {name: [run for group in side for run in folders.runs_of(group)] for name, side in sides.items()}
+
+
+def _pooled(names: list[str]) -> str:
+    return "+".join(names) if len(names) <= _MOST_NAMED else f"{names[0]}+{len(names) - 1} more"

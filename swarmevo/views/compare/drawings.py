@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Final
 import moocore
 import numpy as np
 
-from swarmevo.analysis import attainment
+from swarmevo.analysis.attainment import differences
 from swarmevo.analysis.comparison import Comparison, Group, Measure, Trial, hypervolume_at
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.views import text
 from swarmevo.views.figures import style
-from swarmevo.views.figures.objectives import staircase
+from swarmevo.views.figures.objectives import staircase, surfaces
 from swarmevo.views.figures.style import Picture
 
 if TYPE_CHECKING:
@@ -124,6 +124,25 @@ def attained(found: Comparison) -> Picture:
         return picture
 
 
+def attainment(found: Comparison) -> Picture:
+    """Return which trade-offs any, half and all of each group's trials attained on fresh seeds; of two objectives."""
+    rows = math.ceil(len(found.groups) / _COLUMNS)
+    height = rows * (2.3 + _LINE * _lines(found.groups)) + 0.8
+    with style.picture(_WIDTH, height) as picture:
+        panels = picture.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).flat
+        sets = [[_plane(trial) for trial in group.trials] for group in found.groups]
+        _around(panels[0], np.concatenate(list(itertools.chain(*sets))))
+        for axes, group, points in zip(panels, found.groups, sets, strict=False):
+            surfaces(axes, found.objectives, points)
+            axes.set_title(_called(group), fontsize="small")
+        for axes in panels[len(found.groups) :]:
+            axes.remove()
+        picture.supylabel(text.label(found.objectives[0]), fontsize="medium")
+        picture.supxlabel(text.label(found.objectives[1]), fontsize="medium")
+        picture.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+        return picture
+
+
 def attainment_differences(found: Comparison) -> Picture:
     """Return where a larger share of one of two groups' trials attained a trade-off; of two objectives.
 
@@ -137,7 +156,7 @@ def attainment_differences(found: Comparison) -> Picture:
         signs = _signs(found.objectives)
         low, high = _around(axes, np.concatenate([_sets(group)[0] for group in found.groups]))
         a, b = ([_plane(trial) * signs for trial in group.trials] for group in found.groups)
-        for part in attainment.differences(a, b):
+        for part in differences(a, b):
             (x_0, y_0), (x_1, y_1) = np.clip(np.array([part.low, part.high]) * signs, low, high)
             colour = style.colour(0 if part.difference > 0 else 1)
             axes.fill_between(sorted([x_0, x_1]), y_0, y_1, color=colour, alpha=abs(part.difference), linewidth=0)

@@ -130,6 +130,8 @@ def _gallery(found: Comparison) -> Iterator[Figure]:
         )
     if len(found.objectives) == 2:
         yield figure(drawings.attained(found), "Trade-offs that half of each group's trials attained on fresh seeds.")
+        caption = "Trade-offs that any, half and all of each group's trials attained on fresh seeds."
+        yield figure(drawings.attainment(found), caption)
         if len(found.groups) == 2:
             yield figure(
                 drawings.attainment_differences(found),

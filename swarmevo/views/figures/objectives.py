@@ -97,16 +97,9 @@ def attainment(run: Run, width: float = style.COLUMN) -> Picture:
         if len(objectives) != 2:
             raise ValueError(f"attainment: expected a run with two objectives, got {len(objectives)}")
         sets = [points_of(store, pareto.front(store, trial)) for trial in trials]
-        signs = np.array([-1.0 if o.is_maximised else 1.0 for o in reversed(objectives)])
-        numbers = np.repeat(np.arange(len(sets)), [len(points) for points in sets])
-        shares = {"any trial": 100 / len(sets), "half of the trials": 50.0, "all trials": 100.0}
-        surfaces = moocore.eaf(np.concatenate(sets) * signs, numbers, percentiles=sorted(set(shares.values())))
         axes = picture.add_subplot()
         _plane_axes(axes, objectives, np.concatenate(sets))
-        looks = zip(shares.items(), (style.GREEN, style.BLUE, style.VERMILLION), style.STYLES, strict=False)
-        for (name, share), colour, line in looks:
-            surface = surfaces[np.isclose(surfaces[:, 2], share)][:, :2] * signs
-            staircase(axes, objectives, surface, color=colour, linestyle=line, linewidth=1.6, label=name)
+        surfaces(axes, objectives, sets)
         style.legend(axes, 3, width)
         return picture
 
@@ -146,6 +139,24 @@ def points_of(store: Store, front: Sequence[pareto.FrontPoint]) -> FloatArray:
     if len(store.objectives) == 1:
         return np.array([[point.trial, *point.objectives.values()] for point in front]).reshape(-1, 2)
     return plane(np.array([list(point.objectives.values()) for point in front]).reshape(-1, len(store.objectives)))
+
+
+def surfaces(axes: Axes, objectives: Sequence[Objective], sets: Sequence[FloatArray]) -> None:
+    """Draw which trade-offs any, half and all of some trials attained, from end to end of the axes.
+
+    Args:
+        axes: Whose limits are set.
+        objectives: Two.
+        sets: Each trial's points in the plane ``(n, 2)``.
+    """
+    signs = np.array([-1.0 if one.is_maximised else 1.0 for one in reversed(objectives)])
+    numbers = np.repeat(np.arange(len(sets)), [len(points) for points in sets])
+    shares = {"any trial": 100 / len(sets), "half of the trials": 50.0, "all trials": 100.0}
+    found = moocore.eaf(np.concatenate(sets) * signs, numbers, percentiles=sorted(set(shares.values())))
+    looks = zip(shares.items(), (style.GREEN, style.BLUE, style.VERMILLION), style.STYLES, strict=False)
+    for (name, share), colour, line in looks:
+        surface = found[np.isclose(found[:, 2], share)][:, :2] * signs
+        staircase(axes, objectives, surface, color=colour, linestyle=line, linewidth=1.6, label=name)
 
 
 def _marker(number: int) -> dict[str, Any]:
