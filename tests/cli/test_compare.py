@@ -176,7 +176,7 @@ def test_many_names_and_long_ones_have_room(names: list[str]) -> None:
     shifted = planted(*np.linspace(0, 0.3, len(names)))
     groups = [dataclasses.replace(group, name=name) for group, name in zip(shifted.groups, names, strict=True)]
     found = dataclasses.replace(shifted, groups=groups, measures=list(comparison._measures(groups, [F1, SIZE])))
-    assert page.render(found).count("<svg") == 5 + (len(names) == 2)
+    assert page.render(found).count("<svg") == 6 + (len(names) == 2)
     for picture in (drawings.optimism(found), drawings.values(found, found.measures[1])):
         picture.draw_without_rendering()
         (axes,) = picture.axes
@@ -193,6 +193,12 @@ def test_many_names_and_long_ones_have_room(names: list[str]) -> None:
         assert legend.x0 >= 0
         assert legend.x1 <= picture.bbox.width
         assert legend.y0 >= 0
+    panels = drawings.attainment(found)
+    panels.draw_without_rendering()
+    assert [axes.get_title("left").replace("\n", "") for axes in panels.axes] == names
+    assert all(axes.bbox.height > 1.2 * panels.dpi for axes in panels.axes)
+    boxes = [axes.get_tightbbox() for axes in panels.axes]
+    assert all(box is not None and box.x0 >= 0 and box.x1 <= panels.bbox.width for box in boxes)
 
 
 def test_where_all_are_the_same_what_there_could_be_is_shown() -> None:

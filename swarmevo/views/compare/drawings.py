@@ -137,6 +137,8 @@ def attainment(found: Comparison) -> Picture:
             axes.set_title(_called(group), fontsize="small")
         for axes in panels[len(found.groups) :]:
             axes.remove()
+        for axes in panels[: len(found.groups)][-_COLUMNS:]:
+            axes.tick_params(labelbottom=True)  # also above one that is not there
         picture.supylabel(text.label(found.objectives[0]), fontsize="medium")
         picture.supxlabel(text.label(found.objectives[1]), fontsize="medium")
         picture.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
