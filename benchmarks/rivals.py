@@ -33,8 +33,6 @@ from swarmevo.sweeps.grid import parse_seeds
 
 KEPT: Final = Path("docs/results/rivals.csv")
 PAPER: Final = "pde"
-SINGLE: Final = ("cma",)
-"""They optimise the sum of the objectives' costs; here that of the first."""
 FRONTS: Final = ("nsga2", "nsga3", "gde3", "sms_emoa", "spea2", "moead")
 MAPS: Final = ("map_elites", "cma_mae")
 SURE: Final = 0.05
@@ -47,7 +45,8 @@ class Task:
     config: str
     meaning: str
     fitness: tuple[str, ...]
-    optimisers: tuple[str, ...]
+    described: tuple[str, ...]
+    """The fitness that map searches need beside these, which has no objective; none: it is one of these."""
 
 
 TASKS: Final = (
@@ -55,33 +54,47 @@ TASKS: Final = (
         "paper",
         "the paper's: five robots, homing and pushing (F1) against hidden neurons (F2)",
         ("box_pushing", "hidden_neurons", "box_end"),
-        (PAPER, *SINGLE, "como_cma", *FRONTS, *MAPS, "random"),
+        (),
     ),
     Task(
         "phototaxis",
         "three robots come to a light: nearness against hidden neurons",
         ("nearness", "hidden_neurons"),
-        (PAPER, *SINGLE, "como_cma", *FRONTS, "random"),
+        ("team_end",),
     ),
     Task(
         "localisation",
         "one robot finds an emitter: F1 without its box against hidden neurons",
         ("box_pushing", "hidden_neurons"),
-        (PAPER, *SINGLE, "como_cma", *FRONTS, "random"),
+        ("team_end",),
     ),
     Task(
         "aggregation",
         "eight robots gather: aggregation against hidden neurons",
         ("aggregation", "hidden_neurons"),
-        (PAPER, *SINGLE, "como_cma", *FRONTS, "random"),
+        ("team_end",),
     ),
 )
 
+OTHERS: Final[tuple[Any, ...]] = (
+    {PAPER: {}},
+    {"cma": {"weights": [1.0, 0.0]}},
+    {"como_cma": {}},
+    *({name: {}} for name in FRONTS),
+    {"random": {}},
+    {PAPER: {"rates": "self"}},
+)
+"""What the key ``optimiser`` is given, but for the map searches."""
 
-def optimisers_of(task: Task) -> list[Any]:
-    """Return what the key ``optimiser`` is given: each by its name, PDE with rates of its own as well."""
-    named: list[Any] = [{"cma": {"weights": [1.0, 0.0]}} if name == "cma" else {name: {}} for name in task.optimisers]
-    return [*named, {"pde": {"rates": "self"}}]
+
+def sweeps(task: Task) -> Iterator[tuple[str, tuple[Any, ...], tuple[str, ...]]]:
+    """Yield for each sweep of a task what its folder's name ends with, its optimisers and its fitness."""
+    maps: tuple[Any, ...] = tuple({name: {}} for name in MAPS)
+    if task.described:
+        yield "", OTHERS, task.fitness
+        yield "-maps", maps, task.fitness + task.described
+    else:
+        yield "", OTHERS + maps, task.fitness
 
 
 @dataclass(frozen=True)
@@ -107,10 +120,17 @@ class Trial:
     """Mean of the first objective of the best of its front, likewise."""
 
 
-def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> list[Trial]:
-    """Make the trials of a task with one seed, as far as they are not stored in a folder, and test them."""
+def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> Iterator[Trial]:
+    """Make the trials of a task with one seed, as far as they are not stored beside a folder, and test them."""
+    for end, optimisers, fitness in sweeps(task):
+        yield from swept(task, folder.with_name(folder.name + end), seed, budget, optimisers, fitness)
+
+
+def swept(
+    task: Task, folder: Path, seed: int, budget: Budget, optimisers: Sequence[Any], fitness: Sequence[str]
+) -> list[Trial]:
     settings = {
-        "fitness": list(task.fitness),
+        "fitness": list(fitness),
         "evolution.trials": 1,
         "evolution.episodes": budget.episodes,
         "evolution.generations": 1_000_000,
@@ -118,7 +138,7 @@ def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> list[Trial]:
         "evolution.repeats": budget.repeats,
     }
     print(f"{folder}: evolution", file=sys.stderr, flush=True)
-    found = se.sweep(task.config, {"optimiser": optimisers_of(task)}, seeds=[seed], out=folder, set=settings)
+    found = se.sweep(task.config, {"optimiser": list(optimisers)}, seeds=[seed], out=folder, set=settings)
     if failed := [f"{row.name}: {why}" for row in found.rows for why in row.failed.values()]:
         sys.exit(f"{folder}: {failed[0]}")
     print(f"{folder}: tests", file=sys.stderr, flush=True)
@@ -275,8 +295,8 @@ It keeps what came of each trial in `docs/results/rivals.csv`, and evolves what 
 Each optimiser had {budget.episodes} episodes a trial, the same seeds, a population of {budget.population},
 {budget.repeats} repeats, and otherwise its defaults. `pde` has the rates of the task's configuration; *own rates* is
 the self-adaptive one. `cma` and the map searches make the first objective better alone; their fronts are what came by
-the way. The map searches, `map_elites` and `cma_mae`, are on the paper's task alone: they need a fitness that
-describes, which is `box_end`, and the other tasks have no box.
+the way. The map searches, `map_elites` and `cma_mae`, have a fitness that describes besides, `box_end` on the paper's
+task and `team_end` on others, which changes neither episodes nor objectives.
 
 All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are shares of
 what there could be. Medians, least and largest over the trials. Who is the best of a front, by the first objective or

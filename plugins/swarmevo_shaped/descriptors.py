@@ -9,7 +9,21 @@ from swarmevo.protocols import Controller, Descriptor, FloatArray, SceneInfo, Te
 from swarmevo_shaped.geometry import steps_before_push
 
 
-class BoxEnd:
+class _End:
+    """Where something is at the last control step before the push, whether the episode ends with it or goes on."""
+
+    objectives = ()
+
+    def __init__(self, what: str, scene: SceneInfo) -> None:
+        west, east, south, north = scene.arena
+        self.descriptors = (Descriptor(f"{what}_end_x", (west, east)), Descriptor(f"{what}_end_y", (south, north)))
+
+    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return nothing, ``(episodes, 0)``."""
+        return np.empty((len(genomes), 0))
+
+
+class BoxEnd(_End):
     """Where the box is at the end, or when it touches the target wall; no objective.
 
     Args:
@@ -19,24 +33,38 @@ class BoxEnd:
         ValueError: There is nothing to push in it.
     """
 
-    objectives = ()
     channels = ("box",)
 
     def __init__(self, scene: SceneInfo) -> None:
         if not scene.movables:
             raise ValueError("scene: expected something to push, got no movables; choose another fitness")
-        west, east, south, north = scene.arena
-        self.descriptors = (Descriptor("box_end_x", (west, east)), Descriptor("box_end_y", (south, north)))
-
-    def evaluate(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
-        """Return nothing, ``(episodes, 0)``."""
-        return np.empty((len(genomes), 0))
+        super().__init__("box", scene)
 
     def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
-        """Return x and y of the box's centre [m], ``(episodes, 2)``.
+        """Return x and y of the box's centre [m], ``(episodes, 2)``."""
+        return _at_end(telemetry, telemetry.box)[:, :2]
 
-        They are those of the last control step before the push, whether the episode ends with it or goes on.
-        """
-        last = np.clip(steps_before_push(telemetry) - 1, 0, telemetry.box.shape[1] - 1)
-        end: FloatArray = telemetry.box[np.arange(len(last)), last, :2]
-        return end
+
+class TeamEnd(_End):
+    """Where the middle of the robots is at the end, or when the box touches the target wall; no objective.
+
+    Args:
+        scene: That of the episodes.
+    """
+
+    channels = ("pose",)
+
+    def __init__(self, scene: SceneInfo) -> None:
+        super().__init__("team", scene)
+
+    def describe(self, telemetry: Telemetry, genomes: FloatArray, controller: Controller) -> FloatArray:
+        """Return x and y of the mean of the robots' centres [m], ``(episodes, 2)``."""
+        middle: FloatArray = _at_end(telemetry, telemetry.pose)[..., :2].mean(axis=1)
+        return middle
+
+
+def _at_end(telemetry: Telemetry, course: FloatArray) -> FloatArray:
+    """Return what ``(episodes, steps, ...)`` is at each episode's end."""
+    last = np.clip(steps_before_push(telemetry) - 1, 0, course.shape[1] - 1)
+    end: FloatArray = course[np.arange(len(last)), last]
+    return end

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import tomllib
 from pathlib import Path
@@ -15,10 +16,12 @@ sys.path.append(str(Path(__file__).parents[2]))
 
 from benchmarks import rivals
 from benchmarks.rivals import Budget, Task, Trial
+from swarmevo import plugins
+from swarmevo.plugins.team import load_config
 
 ROOT = Path(__file__).parents[2]
 SMALL = Budget(episodes=24, population=6, repeats=1, tests=2)
-TASK = Task("localisation", "a robot homes", ("box_pushing", "hidden_neurons"), ("pde", "random"))
+TASK = Task("localisation", "a robot homes", ("box_pushing", "hidden_neurons"), ("team_end",))
 
 
 def planted(values: dict[str, list[float]]) -> list[Trial]:
@@ -34,10 +37,14 @@ def test_the_extra_brings_all_that_any_rival_needs() -> None:
     assert (needed.name, needed.extras) == (theirs["name"], set(theirs["optional-dependencies"]))
 
 
-def test_the_page_says_why_maps_are_missing_where_nothing_is_described() -> None:
-    assert "are on the paper's task alone" in rivals.head(SMALL, "1", rivals.TASKS)
+def test_every_task_is_for_every_rival_and_what_describes_changes_no_objective() -> None:
+    rivals_ = {entry.name for entry in plugins.discover() if entry.distribution == "swarmevo-rivals"}
     for task in rivals.TASKS:
-        assert ("map_elites" in task.optimisers) == ("box_end" in task.fitness) == (task.config == "paper")
+        made = list(rivals.sweeps(task))
+        assert {name for _, optimisers, _ in made for one in optimisers for name in one} == rivals_ | {"pde"}
+        for _, optimisers, fitness in made:
+            for one in optimisers:
+                assert load_config(task.config, [f"optimiser={json.dumps(one)}", f"fitness={json.dumps(fitness)}"])
 
 
 def test_the_page_says_who_is_surely_better_and_who_is_not() -> None:
@@ -84,6 +91,7 @@ def test_only_seeds_that_are_not_kept_are_evolved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(rivals, "TASKS", (TASK,))
+    monkeypatch.setattr(rivals, "OTHERS", ({"pde": {}}, {"random": {}}, {"pde": {"rates": "self"}}))
     kept, out = tmp_path / "rivals.csv", tmp_path / "runs"
     options = ["--episodes", "24", "--population", "6", "--repeats", "1", "--tests", "2", "--tasks", "localisation"]
 
@@ -96,22 +104,23 @@ def test_only_seeds_that_are_not_kept_are_evolved(
     first = call("1")
     assert "| pde | 1 |" in first
     assert "| random | 1 |" in first
+    assert "| map_elites | 1 |" in first
     assert "--seeds 1 --episodes 24 --population 6 --repeats 1 --tests 2 --tasks localisation" in first
     rows = kept.read_text()
-    assert len(rows.splitlines()) == 1 + 3  # pde with rates of its own, too
+    assert len(rows.splitlines()) == 1 + 5  # pde with rates of its own, too
     kept.rename(tmp_path / "before.csv")
-    bits = (out / "localisation" / "seed-1").rglob("run.sqlite")
+    bits = (out / "localisation").rglob("run.sqlite")
     evolved = {file: file.read_bytes() for file in bits}
     assert call("1") == first  # computed anew, not evolved
     assert kept.read_text() == rows
-    assert len(evolved) == 3
+    assert len(evolved) == 5
     assert all(file.read_bytes() == content for file, content in evolved.items())
-    (out / "localisation" / "seed-1").rename(tmp_path / "gone")
+    (out / "localisation").rename(tmp_path / "gone")
     assert "| pde | 2 |" in call("1-2")
     assert set(rows.splitlines()) < set(kept.read_text().splitlines())
-    assert [one.name for one in (out / "localisation").iterdir()] == ["seed-2"]
+    assert sorted(one.name for one in (out / "localisation").iterdir()) == ["seed-2", "seed-2-maps"]
     assert call("1") == first
     assert "so far" not in first
     assert "\n2 of 4 seeds so far.\n" in call("1-4", "--stored")
-    assert [one.name for one in (out / "localisation").iterdir()] == ["seed-2"]
+    assert sorted(one.name for one in (out / "localisation").iterdir()) == ["seed-2", "seed-2-maps"]
     assert "None yet." in call("7", "--stored")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the box is at the end."""
+"""Where the box and the team are at the end."""
 
 from __future__ import annotations
 
@@ -9,12 +9,17 @@ import pytest
 from swarmevo import config
 from swarmevo.protocols import Descriptor, Telemetry
 from swarmevo.testing import FitnessTests, SwitchCounter
-from swarmevo_shaped.descriptors import BoxEnd
+from swarmevo_shaped.descriptors import BoxEnd, TeamEnd
 
 
-class TestConformance(FitnessTests):
+class TestBoxEnd(FitnessTests):
     def create(self):
         return BoxEnd(self.scene)
+
+
+class TestTeamEnd(FitnessTests):
+    def create(self):
+        return TeamEnd(self.scene)
 
 
 def end(push_time, steps=4):
@@ -44,3 +49,21 @@ def test_the_range_is_the_arena():
 def test_a_scene_without_anything_to_push_is_refused():
     with pytest.raises(ValueError, match=r"^scene: expected something to push, got no movables"):
         BoxEnd(config.scene_info(config.load("paper", ["scene.movables=[]"])))
+
+
+@pytest.mark.parametrize(("push_time", "step"), [(np.nan, 3), (0.2, 1)])
+def test_the_end_of_a_team_is_the_middle_of_its_robots(push_time, step):
+    """Of three robots that go east at 1, 2 and 6 m/s."""
+    scene = config.scene_info(config.load("paper", ["episode.horizon=0.4", "team.robots=3"]))
+    pose = np.zeros((1, 4, 3, 3))
+    pose[0, :, :, 0] = np.outer(0.1 * np.arange(4), [1.0, 2.0, 6.0])
+    telemetry = Telemetry(0.1, np.full((1, 3), np.nan), np.array([push_time]), pose=pose, world=scene.world)
+    found = TeamEnd(scene).describe(telemetry, np.zeros((1, 1)), SwitchCounter())
+    np.testing.assert_allclose(found, [[0.3 * step, 0.0]])
+
+
+def test_a_team_is_described_where_there_is_nothing_to_push():
+    scene = config.scene_info(config.load("phototaxis"))
+    assert [one.name for one in TeamEnd(scene).descriptors] == ["team_end_x", "team_end_y"]
+    west, east, south, north = scene.arena
+    assert [one.range for one in TeamEnd(scene).descriptors] == [(west, east), (south, north)]
