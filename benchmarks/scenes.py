@@ -12,15 +12,16 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
+from examples.baselines import Explorer, Sectors
 from swarmevo.config import Config
-from swarmevo.protocols import FeedForward
-from swarmevo.simulation import EpisodeKey, Scene, simulate
+from swarmevo.protocols import Actor, FeedForward, SceneInfo
+from swarmevo.simulation import EpisodeKey, Lockstep, Scene, simulate
 
 EPISODES: Final = 24
 HORIZON: Final = 60.0
@@ -129,6 +130,12 @@ COMPARISONS: Final = (
     Comparison("20 robots in an arena of 2 m, random networks", CROWDS),
 )
 
+BY_HAND: Final[Mapping[str, Callable[[SceneInfo], Actor]]] = {
+    "explore: drive on, turn away from what is ahead": Explorer,
+    "gather: drive towards the others": lambda scene: Sectors(scene, "range_and_bearing", alike=True),
+}
+"""Controllers in the scene of ten pillars and range_and_bearing."""
+
 
 HEAD: Final = """\
 # What objects, arenas and sensors cost
@@ -137,7 +144,7 @@ On one core. A time is over that of its table's first row, which ran right befor
 range. The last column is the CPU time of a control step of 0.1 s for each robot. Networks are random and drive into
 everything; those that drive blindly have biases alone, so that robots take the same ways whatever they sense: what
 differs is the sensors' cost. With random networks one more sensor makes other robots of them. Where twenty find each
-other and jam, it is the pushing that costs.
+other and jam, it is the pushing that costs: the last table has robots that do one thing each, by hand.
 """
 
 
@@ -167,9 +174,32 @@ class Timed:
         return time.process_time() - start
 
 
-def table(comparison: Comparison, rounds: int) -> str:
-    """Return the table of a comparison, in Markdown."""
-    ready = {name: Timed(settings, comparison.drives_blindly) for name, settings in comparison.scenes.items()}
+class ByHand:
+    """Robots that a controller by hand drives; its own time does not count."""
+
+    def __init__(self, settings: Settings, make: Callable[[SceneInfo], Actor]) -> None:
+        self.config, self.make = Config.model_validate({**settings, "episode": {"horizon": HORIZON}}), make
+        self.steps = EPISODES * self.config.team.robots * round(HORIZON / self.config.episode.control_period)
+
+    def seconds(self) -> float:
+        """Return the CPU time of all episodes [s]."""
+        robots, spent = self.config.team.robots, 0.0
+        with Lockstep(self.config, worlds=EPISODES, seed=1, threads=1) as worlds:
+            actor = self.make(worlds.info)
+            actor.start(np.zeros((EPISODES, robots, 1)))
+            for _ in range(self.steps // EPISODES // robots):
+                start = time.process_time()
+                observations = worlds.observe()
+                spent += time.process_time() - start
+                commands = actor.act(observations)
+                start = time.process_time()
+                worlds.advance(commands)
+                spent += time.process_time() - start
+        return spent
+
+
+def table(ready: Mapping[str, Timed | ByHand], rounds: int) -> str:
+    """Return a table in Markdown."""
     first, *_ = ready.values()
     first.seconds()
     times: dict[str, list[float]] = {name: [] for name in ready}
@@ -197,7 +227,10 @@ def main() -> None:
     rounds = parser.parse_args().rounds
     print(f"{HEAD}\nMade by `python -m benchmarks.scenes --rounds {rounds}`: {EPISODES} episodes of {HORIZON:g} s.")
     for comparison in COMPARISONS:
-        print(f"\n## {comparison.title}\n\n{table(comparison, rounds)}", flush=True)
+        ready = {name: Timed(settings, comparison.drives_blindly) for name, settings in comparison.scenes.items()}
+        print(f"\n## {comparison.title}\n\n{table(ready, rounds)}", flush=True)
+    by_hand = {name: ByHand(CROWDS["and range_and_bearing"], make) for name, make in BY_HAND.items()}
+    print(f"\n## 20 robots in an arena of 2 m, by hand\n\n{table(by_hand, rounds)}", flush=True)
 
 
 if __name__ == "__main__":
