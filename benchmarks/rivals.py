@@ -17,7 +17,7 @@ import csv
 import dataclasses
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -45,7 +45,7 @@ class Task:
     config: str
     meaning: str
     fitness: tuple[str, ...]
-    described: tuple[str, ...]
+    describing: tuple[str, ...]
     """The fitness that map searches need beside these, which has no objective; none: it is one of these."""
 
 
@@ -87,14 +87,22 @@ OTHERS: Final[tuple[Any, ...]] = (
 """What the key ``optimiser`` is given, but for the map searches."""
 
 
-def sweeps(task: Task) -> Iterator[tuple[str, tuple[Any, ...], tuple[str, ...]]]:
-    """Yield for each sweep of a task what its folder's name ends with, its optimisers and its fitness."""
+@dataclass(frozen=True)
+class Sweep:
+    """Optimisers that have the same fitness."""
+
+    ending: str
+    """Of its folder's name."""
+    optimisers: tuple[Any, ...]
+    fitness: tuple[str, ...]
+
+
+def sweeps(task: Task) -> list[Sweep]:
+    """Return those of a task: of all optimisers, or of the map searches apart from the others."""
     maps: tuple[Any, ...] = tuple({name: {}} for name in MAPS)
-    if task.described:
-        yield "", OTHERS, task.fitness
-        yield "-maps", maps, task.fitness + task.described
-    else:
-        yield "", OTHERS + maps, task.fitness
+    if not task.describing:
+        return [Sweep("", OTHERS + maps, task.fitness)]
+    return [Sweep("", OTHERS, task.fitness), Sweep("-maps", maps, task.fitness + task.describing)]
 
 
 @dataclass(frozen=True)
@@ -122,15 +130,13 @@ class Trial:
 
 def evolved(task: Task, folder: Path, seed: int, budget: Budget) -> Iterator[Trial]:
     """Make the trials of a task with one seed, as far as they are not stored beside a folder, and test them."""
-    for end, optimisers, fitness in sweeps(task):
-        yield from swept(task, folder.with_name(folder.name + end), seed, budget, optimisers, fitness)
+    for sweep in sweeps(task):
+        yield from swept(task, sweep, folder.with_name(folder.name + sweep.ending), seed, budget)
 
 
-def swept(
-    task: Task, folder: Path, seed: int, budget: Budget, optimisers: Sequence[Any], fitness: Sequence[str]
-) -> list[Trial]:
+def swept(task: Task, sweep: Sweep, folder: Path, seed: int, budget: Budget) -> list[Trial]:
     settings = {
-        "fitness": list(fitness),
+        "fitness": list(sweep.fitness),
         "evolution.trials": 1,
         "evolution.episodes": budget.episodes,
         "evolution.generations": 1_000_000,
@@ -138,7 +144,7 @@ def swept(
         "evolution.repeats": budget.repeats,
     }
     print(f"{folder}: evolution", file=sys.stderr, flush=True)
-    found = se.sweep(task.config, {"optimiser": list(optimisers)}, seeds=[seed], out=folder, set=settings)
+    found = se.sweep(task.config, {"optimiser": list(sweep.optimisers)}, seeds=[seed], out=folder, set=settings)
     if failed := [f"{row.name}: {why}" for row in found.rows for why in row.failed.values()]:
         sys.exit(f"{folder}: {failed[0]}")
     print(f"{folder}: tests", file=sys.stderr, flush=True)
@@ -148,37 +154,45 @@ def swept(
             for group in folders.groups([folder])
             for run in folders.runs_of(group)
         ]
-        compared = comparison.compare({name_of(store): [store] for store in stores}, budget.tests)
+        compared = comparison.compare({name_of(store.config.optimiser): [store] for store in stores}, budget.tests)
     assert compared.objectives[0].is_maximised, compared.objectives[0]
     return [
         Trial(task.config, group.name, seed, one.tested, one.first) for group in compared.groups for one in group.trials
     ]
 
 
-def name_of(store: Store) -> str:
+def name_of(optimiser: Mapping[str, Mapping[str, Any]]) -> str:
     """Return an optimiser's name, and that its rates are its own."""
-    ((name, options),) = store.config.optimiser.items()
+    ((name, options),) = optimiser.items()
     return f"{name}, own rates" if options.get("rates") == "self" else name
+
+
+def is_kept(task: Task, seed: int, trials: Sequence[Trial]) -> bool:
+    """Whether the trials have one of each optimiser."""
+    wanted = {name_of(one) for sweep in sweeps(task) for one in sweep.optimisers}
+    return wanted <= {one.optimiser for one in trials if (one.task, one.seed) == (task.config, seed)}
 
 
 # ---- what is kept ----------------------------------------------------------------------------------------------------
 
-COLUMNS: Final = [field.name for field in dataclasses.fields(Trial)] + [
-    field.name for field in dataclasses.fields(Budget)
-]
+MEASURED: Final = "cross-fitted"
+"""By what a row's numbers were made: those of before are of the same tests that chose."""
+COLUMNS: Final = [*(field.name for one in (Trial, Budget) for field in dataclasses.fields(one)), "measured"]
 
 
 def read(path: Path, budget: Budget) -> list[Trial]:
     """Return the trials in a file, none if there is no such file.
 
     Raises:
-        SystemExit: One of them had another budget.
+        SystemExit: One of them had another budget, or was measured otherwise.
     """
     if not path.exists():
         return []
     with path.open(newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     for row in rows:
+        if row.get("measured") != MEASURED:
+            sys.exit(f"{path}: expected numbers that are {MEASURED}, got others; move it away, to compute all anew")
         if (found := Budget(*(int(row[field.name]) for field in dataclasses.fields(Budget)))) != budget:
             sys.exit(f"{path}: expected trials with {budget}, got {found}; keep them in another file with --kept")
     return [
@@ -193,7 +207,8 @@ def write(path: Path, trials: Sequence[Trial], budget: Budget) -> None:
     with new.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows({**dataclasses.asdict(one), **dataclasses.asdict(budget)} for one in sorted(trials))
+        more = {**dataclasses.asdict(budget), "measured": MEASURED}
+        writer.writerows(dataclasses.asdict(one) | more for one in sorted(trials))
     new.replace(path)
 
 
@@ -300,11 +315,11 @@ task and `team_end` on others, which changes neither episodes nor objectives.
 
 All numbers are of {budget.tests} tests of each controller of the fronts, on fresh seeds. Hypervolumes are shares of
 what there could be. Medians, least and largest over the trials. Who is the best of a front, by the first objective or
-in any direction of the hypervolume, one half of the tests says, and the other half how good it is, so that luck in the
-tests helps no larger front ([Comparing runs](../comparing.md)). *Better than PDE's* is how often a trial is better than
-one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted by Holm for
-the pairs shown, each optimiser with `pde` in one measure of one task; how the others differ from each other is not
-tested here: `swarmevo compare` does it for all pairs.
+in any direction of the hypervolume, all tests but one say, and the one left out how good it is, each in turn, so that
+luck in the tests helps no larger front ([Comparing runs](../comparing.md)). *Better than PDE's* is how often a trial is
+better than one of `pde`: Vargha and Delaney's A12 with a bootstrap's 95 % interval. p is by Mann and Whitney, adjusted
+by Holm for the pairs shown, each optimiser with `pde` in one measure of one task; how the others differ from each other
+is not tested here: `swarmevo compare` does it for all pairs.
 """
 
 
@@ -325,11 +340,11 @@ def main() -> None:
     seeds = parse_seeds(options.seeds)
     trials = read(options.kept, budget)
     for task in chosen:
-        there = {one.seed for one in trials if one.task == task.config}
-        for seed in (seed for seed in seeds if seed not in there and not options.stored):
+        for seed in (seed for seed in seeds if not options.stored and not is_kept(task, seed, trials)):
             folder = options.out / task.config / f"seed-{seed}"
             folder.parent.mkdir(parents=True, exist_ok=True)
-            trials += evolved(task, folder, seed, budget)
+            others = [one for one in trials if (one.task, one.seed) != (task.config, seed)]
+            trials = [*others, *evolved(task, folder, seed, budget)]
             write(options.kept, trials, budget)
     print(head(budget, options.seeds, chosen), end="")
     for task in chosen:

@@ -45,7 +45,6 @@ if TYPE_CHECKING:
         Episodes,
         Front,
         Individual,
-        Individuals,
         Rates,
         Replay,
         Run,
@@ -73,7 +72,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "swarmevo.api": (
-        "Controller", "Elites", "Episodes", "Front", "Individual", "Individuals", "Rates", "Replay", "Run", "best",
+        "Controller", "Elites", "Episodes", "Front", "Individual", "Rates", "Replay", "Run", "best",
         "evolve", "load_config", "open", "resume", "sweep",
     ),
     "swarmevo.config": ("Config",),
@@ -94,7 +93,6 @@ __all__ = [
     "EvaluationError",
     "Front",
     "Individual",
-    "Individuals",
     "Interrupted",
     "InvalidArgument",
     "Lockstep",

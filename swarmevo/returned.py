@@ -7,7 +7,7 @@ What is wrong is a ``ValueError`` in words that follow the plugin's name: "expec
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence, Sized
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
@@ -19,13 +19,14 @@ from swarmevo.protocols import (
     Descriptor,
     FloatArray,
     GenomeSpace,
-    IntArray,
     Objective,
     Problem,
 )
 
 LARGEST: Final = 1e50
 """Of a range: sums over episodes and hypervolumes of several objectives stay finite."""
+MOST_CELLS: Final = 1_000_000
+"""Of a map of behaviours."""
 ROUNDING: Final = 1e-9
 """Of the width of a range: so far a value may lie outside of it."""
 
@@ -111,23 +112,22 @@ def behaviour_map(given: object, space: GenomeSpace, problem: Problem) -> Behavi
     if not isinstance(given, BehaviourMap):
         raise ValueError(f"expected a BehaviourMap, got {type(given).__name__}")
     cells, axes = given.cells, len(problem.descriptors)
-    if not isinstance(cells, tuple) or len(cells) != axes or not all(type(n) is int and n > 0 for n in cells):
-        raise ValueError(f"expected as cells a number of at least 1 for each of {axes} descriptors, got {cells!r}")
+    is_grid = isinstance(cells, tuple) and len(cells) == axes and all(type(n) is int and n > 0 for n in cells)
+    if not is_grid or math.prod(cells) > MOST_CELLS:
+        raise ValueError(
+            f"expected as cells a number for each of {axes} descriptors, at least 1 and up to {MOST_CELLS} in all, got "
+            f"{cells!r:.60}"
+        )
     names = [one.name for one in problem.objectives]
-    if given.objective not in names:
+    if not isinstance(given.objective, str) or given.objective not in names:
         raise ValueError(f"expected as objective one of {', '.join(names)}, got {given.objective!r}")
-    genomes = numbers(given.genomes, (_length(given.genomes), space.size))
+    genomes = numbers(given.genomes, (*np.shape(given.genomes)[:1], space.size))
     check_bounds(genomes, space)
     places = numbers(given.places, (len(genomes), axes))
     is_cell = (places == np.floor(places)) & (places >= 0) & (places < cells)
     if not is_cell.all() or len(np.unique(places, axis=0)) < len(places):
         raise ValueError(f"expected as places different cells of {cells}, each from 0, got {places.tolist()!r:.60}")
-    kept: IntArray = places.astype(np.intp)
-    return BehaviourMap(cells, given.objective, kept, genomes.copy())
-
-
-def _length(given: object) -> int:
-    return len(given) if isinstance(given, Sized) else 0
+    return BehaviourMap(cells, str(given.objective), places.astype(np.intp), genomes.copy())
 
 
 def _name(given: object) -> str:

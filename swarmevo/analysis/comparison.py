@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 import pydantic
 
-from swarmevo.analysis import assessment, fronts, halves
+from swarmevo.analysis import assessment, cross_fitting, fronts
 from swarmevo.analysis.measures import measures_of
 from swarmevo.analysis.significance import (
     holm,
@@ -31,7 +31,7 @@ from swarmevo.plugins.team import never
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.runs.store import Store
 
-FORMAT: Final = 1
+FORMAT: Final = 2
 """Of the JSON."""
 REPEATS: Final = 10
 """Tests of each controller, if nobody says otherwise."""
@@ -53,7 +53,7 @@ class Trial:
     stored: float
     """Hypervolume of its front by the episodes of evolution, as a share of the product of the objectives' ranges."""
     tested: float
-    """The same of the same controllers, on fresh seeds by which nobody was chosen (:mod:`swarmevo.analysis.halves`)."""
+    """The same of the same controllers, on fresh seeds (:mod:`swarmevo.analysis.cross_fitting`)."""
     first: float
     """Mean of the first objective of the best among them, likewise."""
     success: float | None
@@ -219,7 +219,7 @@ def _trials(
         stored = np.array([[one.evolved[objective.name] for objective in objectives] for one in members])
         history = fronts.history(store, trial)
         sign = 1 if objectives[0].is_maximised else -1
-        first, success = halves.of_the_best(
+        first, success = cross_fitting.of_the_best(
             sign * stored[:, 0], sign * tests[:, :, 0], np.array([one.success for one in members])
         )
         yield Trial(
@@ -227,7 +227,7 @@ def _trials(
             trial=trial,
             episodes=history[-1].episodes,
             stored=_share(objectives, stored),
-            tested=halves.hypervolume(objectives, stored, tests),
+            tested=cross_fitting.hypervolume(objectives, stored, tests),
             first=sign * first,
             success=success if rates else None,
             course=[(step.episodes, step.hypervolume / fronts.volume(objectives)) for step in history],
@@ -299,8 +299,8 @@ def measure(name: str, more_is_better: bool, values: dict[str, list[float]], aga
 def _notes(stores: Sequence[Store], groups: Sequence[Group], repeats: int) -> Iterator[str]:
     if repeats == 1:
         yield (
-            "One test of each controller: the best of a front are those that were in evolution. With two or more tests "
-            "one half chooses them and the other half says how good they are."
+            "One test of each controller: evolution says who is the best of a front. With more tests each is left out "
+            "in turn: the others say who it is, and the one left out how good."
         )
     if few := [f"{group.name} {len(group.trials)}" for group in groups if len(group.trials) < LEAST_TRIALS]:
         yield f"Few trials ({', '.join(few)}): hardly any difference can be significant; evolve at least ten."

@@ -9,11 +9,12 @@ import numpy as np
 
 from swarmevo.analysis import fronts
 from swarmevo.analysis.fronts import FrontPoint
-from swarmevo.errors import PluginError
+from swarmevo.errors import PluginError, StoreError
+from swarmevo.evolution.costs import to_costs
 from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.protocols import BehaviourMap, FloatArray, IntArray, Objective
-from swarmevo.runs import checksums
+from swarmevo.runs import checksums, driver
 from swarmevo.runs.store import Store
 
 
@@ -54,40 +55,50 @@ def elites(store: Store, trial: int | None = None) -> Elites | None:
         trial: None: the better elite of each cell, of all trials.
 
     Raises:
-        PluginError: The optimiser cannot be made, or does not take the stored state.
+        EvaluationError, SimulatorError: The run's scene or its plugins cannot be made here.
+        PluginError: The optimiser does not take the stored state, or its map is not one of this run.
+        StoreError: The trial has no generation yet, or the plugins now measure something else.
     """
     trials = store.trials() if trial is None else [trial]
+    if not set(trials) & set(store.trials()):
+        raise StoreError(
+            f"{store.folder}: expected a trial with a generation, got {'none' if trial is None else trial}"
+        )
     config = store.config
     with Evaluator(config, workers=1) as evaluator:
+        driver.check_objectives(store, evaluator)
         maps = {one: _map(store, CheckedOptimiser(config, evaluator, one), one) for one in trials}
     kept = {one: found for one, found in maps.items() if found is not None}
     if not kept:
         return None
-    ids, found = store.genome_ids_by_digest(), store.individuals(trial)
+    grids = {(found.cells, found.objective) for found in kept.values()}
+    (name,) = config.optimiser
+    if len(grids) > 1:
+        raise PluginError(f"optimiser.{name}: behaviour_map: expected the same cells and objective in all trials")
+    ((cells, judged),) = grids
+    column = [one.name for one in store.objectives].index(judged)
+    objective, found = store.objectives[column], store.individuals(trial)
+    ids = store.genome_ids_by_digest()
     rows = {(int(t), int(genome)): row for row, (t, genome) in enumerate(zip(found.trial, found.genome, strict=True))}
-    some = next(iter(kept.values()))
-    objective = next(one for one in store.objectives if one.name == some.objective)
-    column = store.objectives.index(objective)
+    costs = to_costs(list(store.objectives), found.objectives)[:, column]
     best: dict[tuple[int, ...], int] = {}
     for one, on_map in kept.items():
         for place, genome in zip(on_map.places.tolist(), on_map.genomes, strict=True):
             row = rows.get((one, ids.get(checksums.of_genes(genome), 0)))
             if row is None:
-                raise PluginError(f"behaviour_map, trial {one}: expected genomes that the trial evaluated, got another")
-            cell = tuple(place)
-            held = best.get(cell)
-            if held is None or _is_better(objective, found.objectives[row, column], found.objectives[held, column]):
-                best[cell] = row
+                raise PluginError(
+                    f"optimiser.{name}: behaviour_map, trial {one}: expected genomes that the trial evaluated, got "
+                    "another; repair the plugin"
+                )
+            held = best.setdefault(tuple(place), row)
+            if costs[row] < costs[held]:
+                best[tuple(place)] = row
     places = sorted(best)
     points = fronts.points(store, found, np.array([best[place] for place in places], dtype=np.intp))
-    return Elites(some.cells, objective, points, np.array(places, dtype=np.intp).reshape(-1, len(some.cells)))
+    return Elites(cells, objective, points, np.array(places, dtype=np.intp).reshape(-1, len(cells)))
 
 
 def _map(store: Store, optimiser: CheckedOptimiser, trial: int) -> BehaviourMap | None:
     last = store.generations(trial) - 1
     optimiser.restore(store.state(trial), last)
-    return optimiser.behaviour_map(last)
-
-
-def _is_better(objective: Objective, value: float, other: float) -> bool:
-    return value > other if objective.is_maximised else value < other
+    return optimiser.behaviour_map()

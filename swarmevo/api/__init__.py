@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The public interface in Python: runs, their fronts and individuals. What it needs is done in the packages below."""
 
-from swarmevo.api.individuals import Controller, Elites, Episodes, Front, Individual, Individuals, Rates, Replay, best
+from swarmevo.api.individuals import Controller, Elites, Episodes, Front, Individual, Rates, Replay, best
 from swarmevo.api.runs import Run, evolve, load_config, open, resume
 from swarmevo.api.sweeps import sweep
 
@@ -11,7 +11,6 @@ __all__ = [
     "Episodes",
     "Front",
     "Individual",
-    "Individuals",
     "Rates",
     "Replay",
     "Run",

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, overload
+from typing import Any, Final, Self, overload
 
 from swarmevo import config as configuration
 from swarmevo.analysis import assessment, elites, shipped
@@ -33,25 +33,24 @@ _MOST_EPISODES: Final = 65535
 """With one seed: their keys count them in 16 bits."""
 
 
-class Individuals(Sequence["Individual"]):
+class _Individuals(Sequence["Individual"]):
     """Some individuals of a run, in an order."""
-
-    what = "Individuals"
 
     def __init__(self, individuals: Sequence[Individual], objectives: Sequence[Objective], run: str) -> None:
         self._individuals = list(individuals)
         self.objectives = tuple(objectives)
         self._run = run
 
+    def _part(self, i: slice) -> Self:
+        return type(self)(self._individuals[i], self.objectives, self._run)
+
     @overload
     def __getitem__(self, i: int) -> Individual: ...
     @overload
-    def __getitem__(self, i: slice) -> Individuals: ...
-    def __getitem__(self, i: int | slice) -> Individual | Individuals:
+    def __getitem__(self, i: slice) -> Self: ...
+    def __getitem__(self, i: int | slice) -> Individual | Self:
         """Return an individual, or some of them."""
-        if isinstance(i, slice):
-            return Individuals(self._individuals[i], self.objectives, self._run)
-        return self._individuals[i]
+        return self._part(i) if isinstance(i, slice) else self._individuals[i]
 
     def __len__(self) -> int:
         return len(self._individuals)
@@ -68,9 +67,11 @@ class Individuals(Sequence["Individual"]):
         names = [one.name for one in self.objectives]
         name = objective or names[0]
         if name not in names:
-            raise SwarmevoError(f"{self.what.lower()}: expected one of the objectives {', '.join(names)}, got {name!r}")
+            raise SwarmevoError(
+                f"{type(self).__name__.lower()}: expected one of the objectives {', '.join(names)}, got {name!r}"
+            )
         if not self._individuals:
-            raise SwarmevoError(f"{self.what.lower()}: expected at least one individual, got none")
+            raise SwarmevoError(f"{type(self).__name__.lower()}: expected at least one individual, got none")
         largest = self.objectives[names.index(name)].is_maximised
         return (max if largest else min)(self._individuals, key=lambda one: one.objectives[name])
 
@@ -91,33 +92,46 @@ class Individuals(Sequence["Individual"]):
 
     def __repr__(self) -> str:
         names = ", ".join(objective.name for objective in self.objectives)
-        return f"<{self.what} of {self._run}: {text.count(len(self), 'individual')}; {names}>"
+        return f"<{type(self).__name__} of {self._run}: {text.count(len(self), 'individual')}; {names}>"
 
     def _repr_html_(self) -> str:
-        return notebook.table(f"{self.what} of {self._run}", self.rows)
+        return notebook.table(f"{type(self).__name__} of {self._run}", self.rows)
 
 
-class Front(Individuals):
+class Front(_Individuals):
     """Non-dominated individuals, the best first objective first."""
 
-    what = "Front"
 
-
-class Elites(Individuals):
+class Elites(_Individuals):
     """The map of behaviours that an optimiser keeps: the best that it knows of each kind, in the order of cells."""
 
-    what = "Elites"
-
-    def __init__(self, found: elites.Elites, individuals: Sequence[Individual], run: str) -> None:
+    def __init__(self, individuals: Sequence[Individual], found: elites.Elites, run: str) -> None:
         super().__init__(individuals, [found.objective], run)
-        self.cells = found.cells
+        self._found = found
+
+    @property
+    def cells(self) -> tuple[int, ...]:
         """Along each descriptor."""
-        self.places: IntArray = found.places
+        return self._found.cells
+
+    @property
+    def places(self) -> IntArray:
         """``(k, descriptors)``: the cell of each, from 0 at the lower end of each range."""
-        self.coverage: float = found.coverage
+        return self._found.places
+
+    @property
+    def coverage(self) -> float:
         """Share of the cells that have an elite."""
-        self.qd_score: float = found.qd_score
+        return self._found.coverage
+
+    @property
+    def qd_score(self) -> float:
         """Sum over the elites of how much better each is than the worst end of the objective's range."""
+        return self._found.qd_score
+
+    def _part(self, i: slice) -> Self:
+        found = dataclasses.replace(self._found, points=self._found.points[i], places=self._found.places[i])
+        return type(self)(self._individuals[i], found, self._run)
 
 
 class Controller:

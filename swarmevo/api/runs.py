@@ -193,11 +193,11 @@ class Run:
             trial: None: the better elite of each cell, of all trials.
 
         Raises:
-            PluginError: The optimiser cannot be made here, or does not take the stored state.
+            EvaluationError, PluginError, SimulatorError, StoreError: As :func:`swarmevo.analysis.elites.elites`.
         """
         with self.store() as store:
             found = elites.elites(store, trial)
-            return Elites(found, self._individuals(store, found.points), self.folder.name) if found else None
+            return Elites(self._individuals(store, found.points), found, self.folder.name) if found else None
 
     def _individuals(self, store: Store, points: Sequence[FrontPoint]) -> list[Individual]:
         return [Individual(self.folder, self.config, point, store.genome(point.genome)) for point in points]

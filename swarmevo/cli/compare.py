@@ -47,7 +47,7 @@ def compare(
         list[Path] | None,
         typer.Option(
             metavar="RUN...",
-            help="Hold all runs before this as one group against those that follow, as another.",
+            help="Hold those that directly follow this as one group against all others, as another.",
             show_default=False,
         ),
     ] = None,
@@ -67,7 +67,7 @@ def compare(
 
     Their fronts are tested again, and there are hypervolume, effect sizes and p-values. Each run is a group of trials,
     and so are all runs of a folder of runs; a sweep has a group for each setting. With --against there are two groups:
-    the runs before it, and those that it names.
+    those that directly follow it, and all others.
     """
     from swarmevo.analysis import comparison
     from swarmevo.runs.store import Store

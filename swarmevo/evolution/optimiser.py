@@ -116,16 +116,17 @@ class CheckedOptimiser:
             return str(error)
         return ""
 
-    def behaviour_map(self, generation: int) -> BehaviourMap | None:
+    def behaviour_map(self) -> BehaviourMap | None:
         """Return its map of behaviours; None: it keeps none."""
         if not isinstance(self._made, MappingOptimiser):
             return None
-        try:
-            return returned.behaviour_map(self._call("behaviour_map", generation), self._space, self._problem)
-        except ValueError as error:
-            raise PluginError(
-                f"{self._title}: behaviour_map, trial {self._trial}: {error}; repair the plugin"
-            ) from None
+
+        def refused(error: BaseException) -> PluginError:
+            reason = message(error) if isinstance(error, ValueError) else f"raised {one_line(error)}"
+            return PluginError(f"{self._title}: behaviour_map, trial {self._trial}: {reason}; repair the plugin")
+
+        with blamed(refused, f"{self._title}: behaviour_map"):
+            return returned.behaviour_map(self._made.behaviour_map(), self._space, self._problem)
 
     def tell(self, generation: int, genomes: FloatArray, costs: FloatArray, descriptors: FloatArray) -> None:
         """Tell the costs ``(n, m)`` of the genomes just asked for, and their descriptors ``(n, d)`` if it takes any."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a sweep found: of each run, and of each setting over its runs.
 
-A trial counts as in ``swarmevo compare``, but by the episodes of evolution: it is what is stored, at no cost, and too
-good, for good luck helped to select it.
+A trial counts by the episodes of evolution: that is what is stored, at no cost, and too good, for good luck helped to
+select it. ``swarmevo compare`` tests again.
 """
 
 from __future__ import annotations

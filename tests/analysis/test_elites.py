@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,11 @@ import pytest
 import swarmevo as se
 import toy_plugins
 from swarmevo.analysis.elites import elites
-from swarmevo.errors import PluginError
+from swarmevo.errors import PluginError, StoreError
 from swarmevo.runs import driver
 from swarmevo.runs.store import Store
 from swarmevo.views.report import page as report
+from swarmevo_rivals.map_elites import MapElites
 
 Cell = tuple[int, ...]
 
@@ -121,7 +123,7 @@ def test_where_the_optimiser_is_not_installed_all_individuals_are_drawn(
 
     monkeypatch.setattr("swarmevo.plugins.registry.find", missing)
     title = se.figures.behaviour_map(folder).axes[0].get_title("left")
-    assert title.startswith("all individuals: ")
+    assert title.startswith("no map of map_elites here, all individuals: ")
     assert title.endswith(" of 400 cells filled")
 
 
@@ -134,8 +136,52 @@ def test_elites_in_python(tmp_path: Path) -> None:
     assert found.best().objectives["travel"] == max(one.objectives["travel"] for one in found)
     assert {one.trial for one in found} == {1}
     assert found.coverage == len(found) / 16
-    assert repr(found[:2]) == "<Individuals of run: 2 individuals; travel>"
+    assert repr(found[:2]) == "<Elites of run: 2 individuals; travel>"
+    assert found[1:2].places.tolist() == found.places[1:2].tolist()
     low, high = 0, 3
     for one, (x, y) in zip(found, found.places, strict=True):
         assert min(high, max(low, int((one.descriptors["end_x"] + 0.5) * 4))) == x
         assert min(high, max(low, int((one.descriptors["end_y"] + 0.5) * 4))) == y
+
+
+def test_a_trial_without_a_generation_has_no_map(tmp_path: Path) -> None:
+    folder = run(tmp_path / "run", {"map_elites": {"cells": 4}})
+    for trial in (2, -1):
+        with pytest.raises(StoreError, match=f"expected a trial with a generation, got {trial}"):
+            se.open(folder).elites(trial)
+    driver.begin(tmp_path / "empty", toy_plugins.config())
+    with pytest.raises(StoreError, match="expected a trial with a generation, got none"):
+        se.open(tmp_path / "empty").elites()
+
+
+def test_where_other_things_are_measured_now_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = run(tmp_path / "run", {"map_elites": {"cells": 4}})
+
+    class Renamed(toy_plugins.Travel):
+        objectives = (replace(toy_plugins.Travel.objectives[0], name="way"), toy_plugins.Travel.objectives[1])
+
+    monkeypatch.setattr(toy_plugins, "Travel", Renamed)
+    with pytest.raises(StoreError, match="install the versions of the plugins that the run began with"):
+        se.open(folder).elites()
+    title = se.figures.behaviour_map(folder).axes[0].get_title("left")
+    assert title.startswith("no map of map_elites here, all individuals: ")
+
+
+@pytest.mark.parametrize("cells", [0, -3])
+def test_a_map_has_a_cell_at_least(tmp_path: Path, cells: int) -> None:
+    folder = run(tmp_path / "run", {"map_elites": {"cells": 4}})
+    with pytest.raises(ValueError, match=f"^behaviour_map: expected cells of at least 1, got {cells}$"):
+        se.figures.behaviour_map(folder, cells)
+
+
+def test_maps_of_trials_that_differ_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = run(tmp_path / "run", {"map_elites": {"cells": 4}})
+    kept = MapElites.behaviour_map
+    sizes = iter([4, 5])
+
+    def differing(self: MapElites) -> Any:
+        return replace(kept(self), cells=(next(sizes), 4))
+
+    monkeypatch.setattr(MapElites, "behaviour_map", differing)
+    with pytest.raises(PluginError, match="expected the same cells and objective in all trials"):
+        se.open(folder).elites()

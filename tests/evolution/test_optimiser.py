@@ -142,18 +142,18 @@ def mapping(
 
 
 def test_an_optimiser_without_a_map_has_none(make: Callable[[str], CheckedOptimiser]) -> None:
-    assert make("toy_search").behaviour_map(0) is None
+    assert make("toy_search").behaviour_map() is None
 
 
 def test_a_map_is_a_copy(mapping: Callable[[Any], CheckedOptimiser]) -> None:
     given = kept()
-    found = mapping(given).behaviour_map(0)
+    found = mapping(given).behaviour_map()
     assert found is not None
     assert (found.cells, found.objective) == ((3, 4), "travel")
     np.testing.assert_array_equal(found.places, given.places)
     np.testing.assert_array_equal(found.genomes, given.genomes)
     assert not np.shares_memory(found.genomes, given.genomes)
-    nobody = mapping(kept(places=np.empty((0, 2), dtype=np.intp), genomes=np.empty((0, 36)))).behaviour_map(0)
+    nobody = mapping(kept(places=np.empty((0, 2), dtype=np.intp), genomes=np.empty((0, 36)))).behaviour_map()
     assert nobody is not None
     assert nobody.genomes.shape == (0, 36)
 
@@ -162,9 +162,21 @@ def test_a_map_is_a_copy(mapping: Callable[[Any], CheckedOptimiser]) -> None:
     ("wanted", "told"),
     [
         ([], "expected a BehaviourMap, got list"),
-        (kept(cells=(3,)), "expected as cells a number of at least 1 for each of 2 descriptors, got (3,)"),
-        (kept(cells=(3, 0)), "expected as cells a number of at least 1 for each of 2 descriptors, got (3, 0)"),
-        (kept(cells=3), "expected as cells a number of at least 1 for each of 2 descriptors, got 3"),
+        (
+            kept(cells=(3,)),
+            "expected as cells a number for each of 2 descriptors, at least 1 and up to 1000000 in all, got (3,)",
+        ),
+        (
+            kept(cells=(3, 0)),
+            "expected as cells a number for each of 2 descriptors, at least 1 and up to 1000000 in all, got (3, 0)",
+        ),
+        (
+            kept(cells=3),
+            "expected as cells a number for each of 2 descriptors, at least 1 and up to 1000000 in all, got 3",
+        ),
+        (kept(cells=(6, 10**400)), "up to 1000000 in all, got (6, 1000"),
+        (kept(objective=np.array(["travel"])), "expected as objective one of travel, distance, got array(['travel']"),
+        (kept(genomes=np.array(3.0)), "expected an array of shape (36,), got ()"),
         (kept(objective="speed"), "expected as objective one of travel, distance, got 'speed'"),
         (kept(genomes=np.ones((2, 35))), "expected an array of shape (2, 36), got (2, 35)"),
         (kept(genomes=np.full((2, 36), np.nan)), "expected finite numbers, got nan at [0, 0]"),
@@ -181,5 +193,5 @@ def test_a_map_is_a_copy(mapping: Callable[[Any], CheckedOptimiser]) -> None:
 )
 def test_a_wrong_map_is_named(mapping: Callable[[Any], CheckedOptimiser], wanted: Any, told: str) -> None:
     with pytest.raises(PluginError, match=r"^optimiser.mapping \(mapping 1.0\): behaviour_map, trial 1") as caught:
-        mapping(wanted).behaviour_map(4)
+        mapping(wanted).behaviour_map()
     assert told in str(caught.value)

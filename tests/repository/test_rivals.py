@@ -40,11 +40,13 @@ def test_the_extra_brings_all_that_any_rival_needs() -> None:
 def test_every_task_is_for_every_rival_and_what_describes_changes_no_objective() -> None:
     rivals_ = {entry.name for entry in plugins.discover() if entry.distribution == "swarmevo-rivals"}
     for task in rivals.TASKS:
-        made = list(rivals.sweeps(task))
-        assert {name for _, optimisers, _ in made for one in optimisers for name in one} == rivals_ | {"pde"}
-        for _, optimisers, fitness in made:
-            for one in optimisers:
-                assert load_config(task.config, [f"optimiser={json.dumps(one)}", f"fitness={json.dumps(fitness)}"])
+        made = rivals.sweeps(task)
+        assert {name for sweep in made for one in sweep.optimisers for name in one} == rivals_ | {"pde"}
+        for sweep in made:
+            for one in sweep.optimisers:
+                assert load_config(
+                    task.config, [f"optimiser={json.dumps(one)}", f"fitness={json.dumps(sweep.fitness)}"]
+                )
 
 
 def test_the_page_says_who_is_surely_better_and_who_is_not() -> None:
@@ -85,6 +87,9 @@ def test_what_is_kept_reads_back_and_another_budget_is_refused(tmp_path: Path) -
     assert rivals.read(tmp_path / "none.csv", SMALL) == []
     with pytest.raises(SystemExit, match=r"expected trials with Budget.*tests=3.*--kept"):
         rivals.read(path, Budget(episodes=24, population=6, repeats=1, tests=3))
+    path.write_text(path.read_text().replace("cross-fitted", "otherwise"))
+    with pytest.raises(SystemExit, match=r"expected numbers that are cross-fitted, got others; move it away"):
+        rivals.read(path, SMALL)
 
 
 def test_only_seeds_that_are_not_kept_are_evolved(
@@ -115,6 +120,9 @@ def test_only_seeds_that_are_not_kept_are_evolved(
     assert kept.read_text() == rows
     assert len(evolved) == 5
     assert all(file.read_bytes() == content for file, content in evolved.items())
+    kept.write_text("".join(line for line in rows.splitlines(keepends=True) if ",map_elites," not in line))
+    assert call("1") == first  # who is missing is computed anew
+    assert kept.read_text() == rows
     (out / "localisation").rename(tmp_path / "gone")
     assert "| pde | 2 |" in call("1-2")
     assert set(rows.splitlines()) < set(kept.read_text().splitlines())

@@ -17,7 +17,7 @@ from swarmevo.analysis.comparison import Comparison, Group, Measure, Trial, hype
 from swarmevo.protocols import FloatArray, Objective
 from swarmevo.views import text
 from swarmevo.views.figures import style
-from swarmevo.views.figures.objectives import staircase, surfaces
+from swarmevo.views.figures.objectives import attainment_surfaces, staircase
 from swarmevo.views.figures.style import Picture
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def attained(found: Comparison) -> Picture:
         return picture
 
 
-def attainment(found: Comparison) -> Picture:
+def attainment_panels(found: Comparison) -> Picture:
     """Return which trade-offs any, half and all of each group's trials attained on fresh seeds; of two objectives."""
     rows = math.ceil(len(found.groups) / _COLUMNS)
     height = rows * (2.3 + _LINE * _lines(found.groups)) + 0.8
@@ -133,7 +133,7 @@ def attainment(found: Comparison) -> Picture:
         sets = [[_plane(trial) for trial in group.trials] for group in found.groups]
         _around(panels[0], np.concatenate(list(itertools.chain(*sets))))
         for axes, group, points in zip(panels, found.groups, sets, strict=False):
-            surfaces(axes, found.objectives, points)
+            attainment_surfaces(axes, found.objectives, points)
             axes.set_title(_called(group), fontsize="small")
         for axes in panels[len(found.groups) :]:
             axes.remove()

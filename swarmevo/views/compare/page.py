@@ -129,12 +129,12 @@ def _gallery(found: Comparison) -> Iterator[Figure]:
             drawings.values(found, measure), f"{text.words(measure.name)} of each trial's best, with the medians."
         )
     if len(found.objectives) == 2:
-        yield figure(drawings.attained(found), "Trade-offs that half of each group's trials attained on fresh seeds.")
-        caption = "Trade-offs that any, half and all of each group's trials attained on fresh seeds."
-        yield figure(drawings.attainment(found), caption)
+        yield figure(drawings.attained(found), "Trade-offs that half of each group's trials attained, by all tests.")
+        caption = "Trade-offs that any, half and all of each group's trials attained, by all tests."
+        yield figure(drawings.attainment_panels(found), caption)
         if len(found.groups) == 2:
             yield figure(
                 drawings.attainment_differences(found),
-                "Where a larger share of one group's trials attained a trade-off on fresh seeds; where the colour is "
-                "full, all of one and none of the other.",
+                "Where a larger share of one group's trials attained a trade-off, by all tests, so that luck helps "
+                "larger fronts; where the colour is full, all of one and none of the other.",
             )

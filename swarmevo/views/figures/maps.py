@@ -33,13 +33,14 @@ def behaviour_map(run: Run, cells: int | None = None, width: float = style.COLUM
         width: Of the figure [inches].
 
     Raises:
-        ValueError: The run has fewer descriptors.
+        ValueError: The run has fewer descriptors, or there are fewer cells than one.
     """
     with opened(run) as store, style.picture(width, 0.81 * width) as picture:
         if len(store.descriptors) < 2:
             raise ValueError(f"behaviour_map: expected a run with two descriptors, got {len(store.descriptors)}")
-        shown = _of_optimiser(store) if cells is None else None
-        shown = shown or _of_everybody(store, cells or CELLS)
+        if cells is not None and cells < 1:
+            raise ValueError(f"behaviour_map: expected cells of at least 1, got {cells}")
+        shown = _of_optimiser(store) if cells is None else _of_everybody(store, cells)
         across = store.descriptors[:2]
         axes = picture.add_subplot()
         edges = [
@@ -64,26 +65,27 @@ class _Shown(NamedTuple):
     whose: str
 
 
-def _of_optimiser(store: Store) -> _Shown | None:
+def _of_optimiser(store: Store) -> _Shown:
+    """Return the optimiser's map; where there is none, that of all individuals."""
+    (name,) = store.config.optimiser
     try:
         kept = elites(store)
     except SwarmevoError:  # its plugin is not installed here, say
-        return None
+        return _of_everybody(store, CELLS, f"no map of {name} here, all individuals")
     if kept is None:
-        return None
-    (name,) = store.config.optimiser
+        return _of_everybody(store, CELLS)
     places, shape = kept.places[:, 1::-1], kept.cells[1::-1]
     return _Shown(_best(shape, places, kept.values, kept.objective), kept.objective, f"map of {name}")
 
 
-def _of_everybody(store: Store, cells: int) -> _Shown:
+def _of_everybody(store: Store, cells: int, whose: str = "all individuals") -> _Shown:
     found, objective = store.individuals(), store.objectives[0]
     known = np.isfinite(found.descriptors[:, :2]).all(axis=1)
     low, high = np.array([one.range for one in store.descriptors[:2]]).T
     share = (found.descriptors[known, :2] - low) / (high - low)
     places = np.clip((share * cells).astype(np.intp), 0, cells - 1)[:, ::-1]
     best = _best((cells, cells), places, found.objectives[known, 0], objective)
-    return _Shown(best, objective, "all individuals")
+    return _Shown(best, objective, whose)
 
 
 def _best(shape: tuple[int, ...], places: IntArray, values: FloatArray, objective: Objective) -> FloatArray:

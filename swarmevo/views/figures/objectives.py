@@ -99,7 +99,7 @@ def attainment(run: Run, width: float = style.COLUMN) -> Picture:
         sets = [points_of(store, pareto.front(store, trial)) for trial in trials]
         axes = picture.add_subplot()
         _plane_axes(axes, objectives, np.concatenate(sets))
-        surfaces(axes, objectives, sets)
+        attainment_surfaces(axes, objectives, sets)
         style.legend(axes, 3, width)
         return picture
 
@@ -141,7 +141,7 @@ def points_of(store: Store, front: Sequence[pareto.FrontPoint]) -> FloatArray:
     return plane(np.array([list(point.objectives.values()) for point in front]).reshape(-1, len(store.objectives)))
 
 
-def surfaces(axes: Axes, objectives: Sequence[Objective], sets: Sequence[FloatArray]) -> None:
+def attainment_surfaces(axes: Axes, objectives: Sequence[Objective], sets: Sequence[FloatArray]) -> None:
     """Draw which trade-offs any, half and all of some trials attained, from end to end of the axes.
 
     Args:
