@@ -144,7 +144,7 @@ On one core. A time is over that of its table's first row, which ran right befor
 range. The last column is the CPU time of a control step of 0.1 s for each robot. Networks are random and drive into
 everything; those that drive blindly have biases alone, so that robots take the same ways whatever they sense: what
 differs is the sensors' cost. With random networks one more sensor makes other robots of them. Where twenty find each
-other and jam, it is the pushing that costs: the last table has robots that do one thing each, by hand.
+other and jam, the pushing is what costs. The last table has robots that a controller by hand drives.
 """
 
 
