@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from swarmevo.evolution.evaluation import Evaluator
 from swarmevo.evolution.optimiser import CheckedOptimiser
 from swarmevo.protocols import BehaviourMap, FloatArray, IntArray, Objective
 from swarmevo.runs import checksums, driver
+from swarmevo.runs.records import Individuals
 from swarmevo.runs.store import Store
 
 
@@ -64,41 +66,51 @@ def elites(store: Store, trial: int | None = None) -> Elites | None:
         raise StoreError(
             f"{store.folder}: expected a trial with a generation, got {'none' if trial is None else trial}"
         )
-    config = store.config
-    with Evaluator(config, workers=1) as evaluator:
-        driver.check_objectives(store, evaluator)
-        maps = {one: _map(store, CheckedOptimiser(config, evaluator, one), one) for one in trials}
-    kept = {one: found for one, found in maps.items() if found is not None}
+    kept = _kept(store, trials)
     if not kept:
         return None
-    grids = {(found.cells, found.objective) for found in kept.values()}
-    (name,) = config.optimiser
-    if len(grids) > 1:
-        raise PluginError(f"optimiser.{name}: behaviour_map: expected the same cells and objective in all trials")
-    ((cells, judged),) = grids
+    cells, judged = next((one.cells, one.objective) for one in kept.values())
+    if any((one.cells, one.objective) != (cells, judged) for one in kept.values()):
+        raise _wrong(store, "expected the same cells and objective in all trials, got others")
     column = [one.name for one in store.objectives].index(judged)
-    objective, found = store.objectives[column], store.individuals(trial)
-    ids = store.genome_ids_by_digest()
-    rows = {(int(t), int(genome)): row for row, (t, genome) in enumerate(zip(found.trial, found.genome, strict=True))}
+    found = store.individuals(trial)
     costs = to_costs(list(store.objectives), found.objectives)[:, column]
     best: dict[tuple[int, ...], int] = {}
-    for one, on_map in kept.items():
-        for place, genome in zip(on_map.places.tolist(), on_map.genomes, strict=True):
-            row = rows.get((one, ids.get(checksums.of_genes(genome), 0)))
-            if row is None:
-                raise PluginError(
-                    f"optimiser.{name}: behaviour_map, trial {one}: expected genomes that the trial evaluated, got "
-                    "another; repair the plugin"
-                )
-            held = best.setdefault(tuple(place), row)
-            if costs[row] < costs[held]:
-                best[tuple(place)] = row
+    for place, row in _placed(store, kept, found):
+        if costs[row] < costs[best.setdefault(place, row)]:
+            best[place] = row
     places = sorted(best)
     points = fronts.points(store, found, np.array([best[place] for place in places], dtype=np.intp))
-    return Elites(cells, objective, points, np.array(places, dtype=np.intp).reshape(-1, len(cells)))
+    return Elites(cells, store.objectives[column], points, np.array(places, dtype=np.intp).reshape(-1, len(cells)))
 
 
-def _map(store: Store, optimiser: CheckedOptimiser, trial: int) -> BehaviourMap | None:
-    last = store.generations(trial) - 1
-    optimiser.restore(store.state(trial), last)
-    return optimiser.behaviour_map()
+def _kept(store: Store, trials: Sequence[int]) -> dict[int, BehaviourMap]:
+    """Return the maps of the trials whose optimiser keeps one."""
+    kept = {}
+    with Evaluator(store.config, workers=1) as evaluator:
+        driver.check_objectives(store, evaluator)
+        for trial in trials:
+            optimiser = CheckedOptimiser(store.config, evaluator, trial)
+            optimiser.restore(store.state(trial), store.generations(trial) - 1)
+            if (found := optimiser.behaviour_map()) is not None:
+                kept[trial] = found
+    return kept
+
+
+def _placed(
+    store: Store, kept: Mapping[int, BehaviourMap], found: Individuals
+) -> Iterator[tuple[tuple[int, ...], int]]:
+    """Yield each elite's cell, and its row among the individuals."""
+    ids = store.genome_ids_by_digest()
+    rows = {(int(t), int(genome)): row for row, (t, genome) in enumerate(zip(found.trial, found.genome, strict=True))}
+    for trial, one in kept.items():
+        for place, genome in zip(one.places.tolist(), one.genomes, strict=True):
+            row = rows.get((trial, ids.get(checksums.of_genes(genome), 0)))
+            if row is None:
+                raise _wrong(store, f"trial {trial}: expected genomes that the trial evaluated, got another")
+            yield tuple(place), row
+
+
+def _wrong(store: Store, reason: str) -> PluginError:
+    (name,) = store.config.optimiser
+    return PluginError(f"optimiser.{name}: behaviour_map: {reason}; repair the plugin")
