@@ -27,6 +27,7 @@ from swarmevo.runs.store import Store
 SIZES: Final = (1, 2, 3, 4, 5)
 HEAD: Final = (
     "run",
+    "trials",
     "episodes of a trial",
     "hidden neurons",
     "individual",
@@ -51,9 +52,11 @@ def row(store: Store, hidden: int, point: FrontPoint, tests: int) -> list[str]:
     (one,) = assessment.assess(store, SIZES, tests, genome=point.genome).controllers
     homing = np.mean([of.homing_rate for of in one.outcomes])
     times = [of.push_time for of in one.outcomes if of.robots >= 3 and of.push_time is not None]
+    trials = len(store.trials())
     return [
         store.folder.name,
-        str(fronts.summarise(store).cost.episodes // len(store.trials())),
+        f"{trials} of {store.config.evolution.trials}",
+        str(fronts.summarise(store).cost.episodes // trials),
         str(hidden),
         str(point.genome),
         f"{100 * homing:.1f} %",
