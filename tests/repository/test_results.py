@@ -204,7 +204,7 @@ def test_a_team_that_fails_is_stuck_in_something(places: list[tuple[float, float
 def test_a_robot_is_wedged_where_it_touches_wall_and_corner() -> None:
     settings = load_config("paper")
     (x, y), box = deadlocks.wedge(settings), np.array(settings.box.pose)
-    assert np.hypot(x - 0.1375, y - 0.435) == pytest.approx(0.0355) == pytest.approx(0.5 - y)
+    assert (np.hypot(x - 0.1375, y - 0.435), 0.5 - y) == pytest.approx((0.0355, 0.0355))
     for side in (x, -x):
         assert deadlocks.fault(np.array([[side, y, 0]]), box, settings) == deadlocks.WEDGED
         assert deadlocks.fault(np.array([[1.01 * side, y, 0]]), box, settings) == deadlocks.FEW
