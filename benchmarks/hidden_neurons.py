@@ -27,8 +27,6 @@ from swarmevo.runs.store import Store
 SIZES: Final = (1, 2, 3, 4, 5)
 HEAD: Final = (
     "run",
-    "trials",
-    "episodes of a trial",
     "hidden neurons",
     "individual",
     "homing",
@@ -52,11 +50,8 @@ def row(store: Store, hidden: int, point: FrontPoint, tests: int) -> list[str]:
     (one,) = assessment.assess(store, SIZES, tests, genome=point.genome).controllers
     homing = np.mean([of.homing_rate for of in one.outcomes])
     times = [of.push_time for of in one.outcomes if of.robots >= 3 and of.push_time is not None]
-    trials = len(store.trials())
     return [
         store.folder.name,
-        f"{trials} of {store.config.evolution.trials}",
-        str(fronts.summarise(store).cost.episodes // trials),
         str(hidden),
         str(point.genome),
         f"{100 * homing:.1f} %",
@@ -65,11 +60,19 @@ def row(store: Store, hidden: int, point: FrontPoint, tests: int) -> list[str]:
     ]
 
 
+def length(store: Store) -> list[str]:
+    """Return a run's name, how many of its trials were made, and the episodes of each."""
+    trials = len(store.trials())
+    episodes = fronts.summarise(store).cost.episodes // trials
+    return [store.folder.name, f"{trials} of {store.config.evolution.trials}", str(episodes)]
+
+
 def page(runs: Sequence[Path], tests: int) -> str:
-    commands, rows = [], []
+    commands, lengths, rows = [], [], []
     for run in runs:
         with Store.open(run) as store:
             commands.append(made_by.evolution(store.config, store.folder)[1])
+            lengths.append(length(store))
             rows += [row(store, hidden, point, tests) for hidden, point in best(store).items()]
     commands.append(made_by.this_command("benchmarks.hidden_neurons", *runs))
     return "\n".join(
@@ -77,6 +80,7 @@ def page(runs: Sequence[Path], tests: int) -> str:
             "# The best with each number of hidden neurons\n",
             "Made by these commands:\n",
             "```console\n" + "\n".join(commands) + "\n```\n",
+            table(["run", "trials", "episodes of a trial"], lengths),
             f"{tests} tests of each with each team, or as many more as the run has, 180 s, fresh seeds. Of each run "
             "and number of hidden neurons the one that pushed most in evolution: its rate there has the largest lower "
             "bound.\n",
